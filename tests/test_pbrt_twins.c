@@ -64,6 +64,16 @@ typedef struct twin {
     BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='checkerboard' name='reflectance'>" SIX_BY_FOUR   \
          "<rgb name='color0' value='" color0 "'/><rgb name='color1' value='" color1 "'/></texture></bsdf></bsdf>")
 
+#define XML_PICTURE(to_uv)                                                                                           \
+    "<bsdf type='twosided'><bsdf type='diffuse'><texture type='scale' name='reflectance'>"                           \
+    "<float name='scale' value='0.4'/><texture type='bitmap'><string name='filename' value='picture.pfm'/>" to_uv    \
+    "</texture></texture></bsdf></bsdf>"
+
+#define PBRT_PICTURE                                                                                                 \
+    "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 0.4\n"
+#define XML_MAPPED_QUAD                                                                                              \
+    "<shape type='ply'><string name='filename' value='mapped_quad.ply'/><boolean name='face_normals' value='true'/>"
+
 static const twin shapes[] = {
     NEW("sphere", "Translate 0 1 0 Shape \"sphere\" \"float radius\" 0.75\n",
         "<shape type='sphere'><float name='radius' value='0.75'/><point name='center' x='0' y='1' z='0'/>" MATTE
@@ -219,6 +229,36 @@ static const twin new_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='scale' name='reflectance'>"
              "<float name='scale' value='0.4'/><texture type='bitmap'><string name='filename' value='picture.pfm'/>"
              "</texture></texture></bsdf></bsdf>")),
+    NEAR("planar mapping", /* of a texture that is three to the right of the shape */
+         "AttributeBegin Translate 3 0 0 " PBRT_PICTURE
+         "\"string mapping\" \"planar\" \"vector3 v1\" [.5 0 0] \"vector3 v2\" [0 .5 0]\n"
+         "\"float udelta\" 2 \"float vdelta\" -.25 AttributeEnd Material \"diffuse\" \"texture reflectance\" \"t\"\n"
+         "Shape \"plymesh\" \"string filename\" \"quad.ply\"\n",
+         XML_MAPPED_QUAD XML_PICTURE("") "</shape>", 1e-5),
+    NEAR("cylindrical mapping", /* half a turn from u; 1 - v is z */
+         "Translate 0 1 0 " PBRT_PICTURE
+         "\"string mapping\" \"cylindrical\" Material \"diffuse\" \"texture reflectance\" \"t\"\n"
+         "Shape \"cylinder\" \"float zmin\" 0 \"float zmax\" 1\n",
+         "<shape type='cylinder'><transform name='to_world'><translate y='1'/></transform>" XML_PICTURE(
+             "<transform name='to_uv'><scale y='-1'/><translate x='0.5' y='1'/></transform>") "</shape>",
+         1e-4),
+    NEAR("spherical mapping", /* (theta, phi), where (u, v) is (phi, theta) */
+         "Translate 0 1 0 " PBRT_PICTURE
+         "\"string mapping\" \"spherical\" Material \"diffuse\" \"texture reflectance\" \"t\"\n"
+         "Shape \"sphere\"\n",
+         "<shape type='sphere'><point name='center' x='0' y='1' z='0'/>" XML_PICTURE(
+             "<transform name='to_uv'><rotate z='1' angle='-90'/><translate y='1'/></transform>") "</shape>",
+         1e-4),
+    NEAR("planar board",
+         "Texture \"t\" \"spectrum\" \"checkerboard\" \"string mapping\" \"planar\" \"vector3 v1\" [3 0 0]\n"
+         "\"vector3 v2\" [0 2 0] \"rgb tex1\" [.9 .1 .1] \"rgb tex2\" [.1 .1 .9]\n"
+         "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"plymesh\" \"string filename\" \"quad.ply\"\n",
+         XML_MAPPED_QUAD
+         "<bsdf type='twosided'><bsdf type='diffuse'><texture type='checkerboard' name='reflectance'>"
+         "<transform name='to_uv'>"
+         "<scale x='3' y='-2'/><translate x='-1.5' y='2.5'/></transform><rgb name='color0' value='.9 .1 .1'/>"
+         "<rgb name='color1' value='.1 .1 .9'/></texture></bsdf></bsdf></shape>",
+         1e-5),
     NEAR("imagemap, brighter than white", /* reflectances are cut to 1 */
          "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 3\n"
          "\"string filter\" \"point\" Material \"diffuse\" \"texture reflectance\" \"t\"\n" PBRT_BALL,
@@ -441,6 +481,12 @@ static void write_changed_pictures(void)
     write_two_by_two("cut.pfm", cut);
 }
 
+/* quad.ply with u = (x + 1) / 2 and v = 1 - (y - 0.5) / 2. */
+static const char mapped_quad[] = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                                  "property float z\nproperty float u\nproperty float v\nelement face 1\n"
+                                  "property list uchar int vertex_indices\nend_header\n-1 0.5 0 0 1\n1 0.5 0 1 1\n"
+                                  "1 2 0 1 0.25\n-1 2 0 0 0.25\n4 0 1 2 3\n";
+
 static const char tent[] = "ply\n"
                            "format ascii 1.0\n"
                            "element vertex 5\n"
@@ -478,6 +524,7 @@ static void write_files(void)
     import_write_text("ball.pbrt", "Translate 0 1 0\nShape \"sphere\"\nTranslate 0 -1 0\n");
     import_write_text("paint.spd", "# a paint\n400 .1\n500 .8 700 .2\n");
     import_write_text("tent.ply", tent);
+    import_write_text("mapped_quad.ply", mapped_quad);
     import_write_text("spike.txt", "-9 1 0 .5\n-3 1 0 .25\n3 1 0 0\n9 1 0 -.25\n");
     import_write("tent.ply.gz", packed_tent, sizeof packed_tent);
     import_write_text("pair.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"

@@ -448,6 +448,68 @@ static void clamp_cuts(void **state)
     assert_true(ca_texture_mean(table, 2).b == 1.0f && ca_texture_mean(table, 2).r < 1.0f);
 }
 
+static void assert_mapped(ca_texture_mapping mapping, ca_vec3 q, double s, double t)
+{
+    const ca_vec2 st = ca_texture_mapping_at(mapping, q);
+    assert_near((double)st.x, s, 1e-6);
+    assert_near((double)st.y, t, 1e-6);
+}
+
+static void mappings_of_known_points(void **state)
+{
+    (void)state;
+    assert_mapped(CA_MAPPING_PLANAR, (ca_vec3){0.2f, -3.0f, 5.0f}, 0.2, -3.0);
+    assert_mapped(CA_MAPPING_CYLINDRICAL, (ca_vec3){2.0f, 0.0f, 0.3f}, 0.5, 0.3);
+    assert_mapped(CA_MAPPING_CYLINDRICAL, (ca_vec3){0.0f, 1.0f, -7.0f}, 0.75, -7.0);
+    assert_mapped(CA_MAPPING_CYLINDRICAL, (ca_vec3){0.0f, -1.0f, 0.0f}, 0.25, 0.0);
+    assert_mapped(CA_MAPPING_SPHERICAL, (ca_vec3){3.0f, 0.0f, 0.0f}, 0.5, 0.0);
+    assert_mapped(CA_MAPPING_SPHERICAL, (ca_vec3){0.0f, 2.0f, 0.0f}, 0.5, 0.25);
+    assert_mapped(CA_MAPPING_SPHERICAL, (ca_vec3){0.0f, -2.0f, 2.0f}, 0.25, 0.75);
+    assert_mapped(CA_MAPPING_SPHERICAL, (ca_vec3){0.0f, 0.0f, -1.0f}, 1.0, 0.0);
+}
+
+/* A bent patch over the unit square, far from the axis of the mappings. */
+static ca_surface patch_at(float u, float v)
+{
+    ca_surface surface = surface_at(u, v);
+    surface.position = (ca_vec3){1.0f + 0.5f * u, 0.7f - 0.2f * u + 0.4f * v, 0.3f + u * v};
+    surface.dpdu = (ca_vec3){0.5f, -0.2f, v};
+    surface.dpdv = (ca_vec3){0.0f, 0.4f, u};
+    return surface;
+}
+
+/* The child where the mapping says, with the slope of that, under a transform that turns and stretches. */
+static void mapped_by_position(void **state)
+{
+    (void)state;
+    static const float to_texture[3][4] = {
+        {1.2f, 0.3f, -0.2f, 0.1f}, {-0.4f, 0.9f, 0.5f, 0.2f}, {0.1f, -0.6f, 1.1f, -0.3f}};
+    float texels[16];
+    ca_image image = {.width = 4, .height = 4, .channels = 1, .data = texels};
+    fill_random(&image, 8);
+    ca_texture table[2] = {bitmap(&image, CA_FILTER_BILINEAR, CA_WRAP_REPEAT), {.kind = CA_TEXTURE_MAPPED}};
+    memcpy(table[1].as.mapped.to_texture, to_texture, sizeof to_texture);
+    const float h = 1e-3f;
+    int near_kinks = 0;
+    for (int i = 0; i < 300; i++) {
+        table[1].as.mapped.mapping = (ca_texture_mapping)(i % 3);
+        const float u = 0.07f + 0.09f * (float)(i / 3 % 10), v = 0.07f + 0.09f * (float)(i / 30);
+        const ca_surface here = patch_at(u, v), right = patch_at(u + h, v), left = patch_at(u - h, v);
+        const ca_surface above = patch_at(u, v + h), below = patch_at(u, v - h);
+        const ca_vec3 q = ca_map_point(to_texture, here.position);
+        const ca_vec2 st = ca_texture_mapping_at((ca_texture_mapping)(i % 3), q);
+        const ca_surface child = surface_at(st.x, st.y);
+        assert_near((double)ca_texture_eval(table, 1, &here).g, (double)ca_texture_eval(table, 0, &child).g, 1e-6);
+        const ca_vec2 known = ca_texture_gradient(table, 1, &here);
+        const float x = ca_texture_eval_scalar(table, 1, &right) - ca_texture_eval_scalar(table, 1, &left);
+        const float y = ca_texture_eval_scalar(table, 1, &above) - ca_texture_eval_scalar(table, 1, &below);
+        near_kinks += fabsf(x / (2.0f * h) - known.x) > 0.02f || fabsf(y / (2.0f * h) - known.y) > 0.02f;
+    }
+    assert_true(near_kinks <= 12); /* a difference over a kink of the patch is not its slope */
+    assert_true(ca_texture_max(table, 1) == ca_texture_max(table, 0));
+    assert_true(ca_texture_mean(table, 1).r == ca_texture_mean(table, 0).r);
+}
+
 /* As a number a checkerboard has its colours exchanged, also where it is scaled or a weight. */
 static void numbers_are_made_of_numbers(void **state)
 {
@@ -532,6 +594,8 @@ int main(void)
         cmocka_unit_test(parts_keep_their_signs),
         cmocka_unit_test(power_raises),
         cmocka_unit_test(clamp_cuts),
+        cmocka_unit_test(mappings_of_known_points),
+        cmocka_unit_test(mapped_by_position),
         cmocka_unit_test(numbers_are_made_of_numbers),
         cmocka_unit_test(mesh_attributes_are_interpolated),
         cmocka_unit_test(mean_and_max_of_a_bitmap),

@@ -68,7 +68,8 @@ static const char *const texture_names[] = {[CA_TEXTURE_CONSTANT] = "constant",
                                             [CA_TEXTURE_SCALE] = "scale",
                                             [CA_TEXTURE_MIX] = "mix",
                                             [CA_TEXTURE_POWER] = "power",
-                                            [CA_TEXTURE_CLAMP] = "clamp"};
+                                            [CA_TEXTURE_CLAMP] = "clamp",
+                                            [CA_TEXTURE_MAPPED] = "mapped"};
 static const char *const camera_names[] = {[CA_CAMERA_PERSPECTIVE] = "perspective",
                                            [CA_CAMERA_THIN_LENS] = "thinlens",
                                            [CA_CAMERA_ORTHOGRAPHIC] = "orthographic",

@@ -186,11 +186,28 @@ static void import_clamp(ca_props *props, void *result)
     texture->as.clamp.child = nested_texture(props, "clamp");
 }
 
+/* Ours: pbrt's mappings. */
+static void import_mapped(ca_props *props, void *result)
+{
+    static const char *const mappings[] = {"planar", "cylindrical", "spherical"};
+    ca_texture *texture = result;
+    const ca_matrix identity = ca_matrix_identity(), m = ca_props_transform(props, "to_texture");
+    texture->kind = CA_TEXTURE_MAPPED;
+    set_to_uv(texture, &identity);
+    texture->as.mapped.mapping =
+        (ca_texture_mapping)ca_props_choice(props, "mapping", mappings, CA_COUNT(mappings), 0);
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++)
+            texture->as.mapped.to_texture[row][column] = (float)m.m[row][column];
+    texture->as.mapped.child = nested_texture(props, "mapped");
+}
+
 static const ca_plugin plugins[] = {
     {"bitmap", import_bitmap},
     {"mix", import_mix},
     {"power", import_power},
     {"clamp", import_clamp},
+    {"mapped", import_mapped},
     {"scale", import_scale},
     {"checkerboard", import_checkerboard},
     {"mesh_attribute", import_mesh_attribute},

@@ -1,6 +1,7 @@
 #include "material/texture.h"
 
 #include "math/numeric.h"
+#include "math/transform.h"
 
 #include <assert.h>
 
@@ -259,6 +260,31 @@ static ca_vec2 clamp_gradient(const ca_texture *table, const ca_texture *texture
     return ca_texture_gradient(table, child, surface);
 }
 
+/* ---- Mapped by position ---------------------------------------------------------------------------------------- */
+
+static ca_surface mapped_surface(const ca_texture *texture, const ca_surface *surface)
+{
+    ca_surface mapped = *surface;
+    mapped.uv = ca_texture_mapping_at(texture->as.mapped.mapping,
+                                      ca_map_point(texture->as.mapped.to_texture, surface->position));
+    return mapped;
+}
+
+/* By the chain rule: from (s, t) to the position, and from there to the surface's u and v. */
+static ca_vec2 mapped_gradient(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
+{
+    const float(*m)[4] = texture->as.mapped.to_texture;
+    const ca_texture_mapping mapping = texture->as.mapped.mapping;
+    const ca_surface mapped = mapped_surface(texture, surface);
+    const ca_vec2 g = ca_texture_gradient(table, texture->as.mapped.child, &mapped);
+    const ca_vec3 q = ca_map_point(m, surface->position);
+    const ca_vec2 along_u = ca_texture_mapping_slope(mapping, q, ca_map_vector(m, surface->dpdu));
+    const ca_vec2 along_v = ca_texture_mapping_slope(mapping, q, ca_map_vector(m, surface->dpdv));
+    return (ca_vec2){g.x * along_u.x + g.y * along_u.y, g.x * along_v.x + g.y * along_v.y};
+}
+
+/* ---- Bounds ---------------------------------------------------------------------------------------------------- */
+
 /* The largest size lies at the least weight, 0 or more, or at the largest. */
 static float mix_max(const ca_texture *table, const ca_texture *texture)
 {
@@ -286,6 +312,10 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     case CA_TEXTURE_POWER:
         return raised(ca_texture_eval(table, texture->as.power.child, surface), texture->as.power.exponent);
     case CA_TEXTURE_CLAMP: return at_most_one(ca_texture_eval(table, texture->as.clamp.child, surface));
+    case CA_TEXTURE_MAPPED: {
+        const ca_surface mapped = mapped_surface(texture, surface);
+        return ca_texture_eval(table, texture->as.mapped.child, &mapped);
+    }
     case CA_TEXTURE_KIND_COUNT: break;
     }
     assert(false && "a texture of no kind");
@@ -304,6 +334,10 @@ float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *textu
     if (texture->kind == CA_TEXTURE_SCALE) return fmaxf(scale_scalar(table, texture, surface), 0.0f);
     if (texture->kind == CA_TEXTURE_MIX) return fmaxf(mix_scalar(table, texture, surface), 0.0f);
     if (texture->kind == CA_TEXTURE_POWER) return power_scalar(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_MAPPED) {
+        const ca_surface mapped = mapped_surface(texture, surface);
+        return ca_texture_eval_scalar(table, texture->as.mapped.child, &mapped);
+    }
     if (texture->kind == CA_TEXTURE_CLAMP)
         return fminf(ca_texture_eval_scalar(table, texture->as.clamp.child, surface), 1.0f);
     if (texture->kind != CA_TEXTURE_CHECKERBOARD)
@@ -328,6 +362,7 @@ ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_
     if (texture->kind == CA_TEXTURE_MIX) return mix_gradient(table, texture, surface);
     if (texture->kind == CA_TEXTURE_POWER) return power_gradient(table, texture, surface);
     if (texture->kind == CA_TEXTURE_CLAMP) return clamp_gradient(table, texture, surface);
+    if (texture->kind == CA_TEXTURE_MAPPED) return mapped_gradient(table, texture, surface);
     return texture->kind == CA_TEXTURE_BITMAP ? bitmap_gradient(texture, surface->uv) : (ca_vec2){0.0f, 0.0f};
 }
 
@@ -357,6 +392,7 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_POWER: /* as if the child were constant */
         return raised(ca_texture_mean(table, texture->as.power.child), texture->as.power.exponent);
     case CA_TEXTURE_CLAMP: return at_most_one(ca_texture_mean(table, texture->as.clamp.child));
+    case CA_TEXTURE_MAPPED: return ca_texture_mean(table, texture->as.mapped.child);
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }
@@ -381,6 +417,7 @@ float ca_texture_max(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_POWER:
         return powf(ca_texture_max(table, texture->as.power.child), texture->as.power.exponent);
     case CA_TEXTURE_CLAMP: return fminf(ca_texture_max(table, texture->as.clamp.child), 1.0f);
+    case CA_TEXTURE_MAPPED: return ca_texture_max(table, texture->as.mapped.child);
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }

@@ -9,6 +9,7 @@
 
 #include "geometry/shape.h"
 #include "image/image.h"
+#include "material/texture_mapping.h"
 #include "math/rgb.h"
 
 typedef uint32_t ca_texture_id; /* CA_NONE: the parameter is not set */
@@ -22,6 +23,7 @@ typedef enum ca_texture_kind {
     CA_TEXTURE_MIX,
     CA_TEXTURE_POWER,
     CA_TEXTURE_CLAMP,
+    CA_TEXTURE_MAPPED,
     CA_TEXTURE_KIND_COUNT
 } ca_texture_kind;
 
@@ -62,6 +64,11 @@ typedef struct ca_texture {
         struct {
             ca_texture_id child; /* looked up at the surface's own coordinates; what is over 1 is 1. No cycles */
         } clamp;
+        struct {
+            ca_texture_id child; /* looked up at the coordinates that follow from the position. No cycles */
+            ca_texture_mapping mapping;
+            float to_texture[3][4]; /* from the world to the texture's space */
+        } mapped;
         struct {
             /* "vertex_..." or "face_..."; of less than three components: grey of the first; black where the mesh has
              * none of that name. */

@@ -159,7 +159,8 @@ static void note_foreign(ca_scene_writer *w, const ca_xml_node *node)
     };
     static const char *const unknown[][2] = {{"sensor", "realistic"}, {"bsdf", "roughdiffuse"}, {"bsdf", "phong"},
                                              {"bsdf", "mixturebsdf"}, {"texture", "scale"}, {"texture", "mix"},
-                                             {"texture", "power"}, {"texture", "clamp"}, {"shape", "heightfield"}};
+                                             {"texture", "power"}, {"texture", "clamp"}, {"texture", "mapped"},
+                                             {"shape", "heightfield"}};
     bool foreign = is(node->tag, "integrator") || is(node->tag, "sampler");
     for (size_t i = 0; i < CA_COUNT(known); i++)
         if (is(node->tag, known[i][0]) && is(type_of(node), known[i][1])) foreign = false;

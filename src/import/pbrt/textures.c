@@ -111,15 +111,26 @@ ca_pbrt_value ca_pbrt_power(ca_pbrt *p, const ca_pbrt_value *value, double expon
 
 /* ---- Coordinates ----------------------------------------------------------------------------------------------- */
 
+enum { BY_UV, SPHERICAL, CYLINDRICAL, PLANAR };
+static const char *const mappings[] = {"uv", "spherical", "cylindrical", "planar"};
+
+static size_t read_mapping(ca_pbrt *p)
+{
+    const size_t mapping = ca_pbrt_choice(&p->params, "mapping", mappings, CA_COUNT(mappings), BY_UV);
+    if (mapping == CYLINDRICAL && p->version == 3)
+        ca_pbrt_fail(&p->params, "mapping", "cannot be \"cylindrical\", which version 3 has on a sphere");
+    return mapping;
+}
+
 /* to_uv of a picture; of a checkerboard, whose squares are of side 1 and Mitsuba's of 1/2, in pbrt's own (s, t). */
 static void put_coordinates(ca_pbrt *p, ca_xml_node *texture, bool checks)
 {
-    static const char *const mappings[] = {"uv", "spherical", "cylindrical", "planar"};
     ca_pbrt_params *params = &p->params;
-    if (ca_pbrt_choice(params, "mapping", mappings, CA_COUNT(mappings), 0) != 0)
-        ca_pbrt_fail(params, "mapping", "must be \"uv\": textures that follow positions are not supported");
-    const double su = ca_pbrt_number(params, "uscale", 1.0), sv = ca_pbrt_number(params, "vscale", 1.0);
-    const double du = ca_pbrt_number(params, "udelta", 0.0), dv = ca_pbrt_number(params, "vdelta", 0.0);
+    const bool by_uv = read_mapping(p) == BY_UV;
+    const double su = by_uv ? ca_pbrt_number(params, "uscale", 1.0) : 1.0;
+    const double sv = by_uv ? ca_pbrt_number(params, "vscale", 1.0) : 1.0;
+    const double du = by_uv ? ca_pbrt_number(params, "udelta", 0.0) : 0.0;
+    const double dv = by_uv ? ca_pbrt_number(params, "vdelta", 0.0) : 0.0;
     ca_matrix m = ca_matrix_identity();
     m.m[0][0] = checks ? 0.5 * su : su;
     m.m[0][3] = checks ? 0.5 * du : du;
@@ -127,6 +138,41 @@ static void put_coordinates(ca_pbrt *p, ca_xml_node *texture, bool checks)
     m.m[1][3] = checks ? 0.5 * (sv + dv) : 1.0 - sv - dv;
     if (su == 0.0 || sv == 0.0) ca_pbrt_fail(params, su == 0.0 ? "uscale" : "vscale", "must not be 0");
     if (checks || su != 1.0 || sv != 1.0 || du != 0.0 || dv != 0.0) ca_tree_transform(&p->tree, texture, "to_uv", &m);
+}
+
+/* From the texture's space to one whose (s, t) is the tree's (s, 1 - t). */
+static ca_matrix turned_down(ca_pbrt *p, size_t mapping)
+{
+    ca_matrix m = ca_matrix_identity();
+    double v1[3] = {1.0, 0.0, 0.0}, v2[3] = {0.0, 1.0, 0.0};
+    if (mapping == SPHERICAL) m.m[1][1] = -1.0; /* 2 pi - phi */
+    if (mapping == CYLINDRICAL) m.m[2][2] = -1.0, m.m[2][3] = 1.0;
+    if (mapping != PLANAR) return m;
+    ca_pbrt_point(&p->params, "v1", v1);
+    ca_pbrt_point(&p->params, "v2", v2);
+    for (int i = 0; i < 3; i++) m.m[0][i] = v1[i], m.m[1][i] = -v2[i];
+    m.m[0][3] = ca_pbrt_number(&p->params, "udelta", 0.0);
+    m.m[1][3] = 1.0 - ca_pbrt_number(&p->params, "vdelta", 0.0);
+    return m;
+}
+
+/* Where the coordinates follow from the position, in the space of the directive, the texture around that of `id`. */
+static const char *put_mapping(ca_pbrt *p, const char *id)
+{
+    const size_t mapping = read_mapping(p);
+    ca_matrix from_world;
+    if (mapping == BY_UV) return id;
+    if (!ca_matrix_invert(&p->state.ctm, &from_world)) {
+        ca_import_fail(p->importer, &p->params.where, "%s: the transform cannot be inverted", p->params.what);
+        return id;
+    }
+    const ca_matrix down = turned_down(p, mapping), to_texture = ca_matrix_multiply(&down, &from_world);
+    const char *mapped = ca_pbrt_new_id(p, "mapped", NULL);
+    ca_xml_node *node = add_texture(p, "mapped", mapped);
+    ca_tree_string(&p->tree, node, "mapping", mappings[mapping]);
+    ca_tree_transform(&p->tree, node, "to_texture", &to_texture);
+    ca_tree_ref(&p->tree, node, NULL, id);
+    return mapped;
 }
 
 /* ---- The kinds ------------------------------------------------------------------------------------------------- */
@@ -206,13 +252,13 @@ static ca_pbrt_value read_checkerboard(const texture_reading *r)
     static const char *const without_effect[] = {"aamode"};
     const ca_pbrt_value a = value_of(r, "tex1", 1.0), b = value_of(r, "tex2", 0.0);
     if (ca_pbrt_integer_in(&p->params, "dimension", 2, 2, 3) == 3)
-        ca_pbrt_fail(&p->params, "dimension", "must be 2: textures that follow positions are not supported");
+        ca_pbrt_fail(&p->params, "dimension", "must be 2: there are no boards of cubes");
     ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
     ca_xml_node *node = add_texture(p, "checkerboard", r->id);
     put_value(r, node, "color0", r->is_number ? &b : &a);
     put_value(r, node, "color1", r->is_number ? &a : &b);
     put_coordinates(p, node, true);
-    return (ca_pbrt_value){.id = r->id, .is_bright = a.is_bright || b.is_bright};
+    return (ca_pbrt_value){.id = put_mapping(p, r->id), .is_bright = a.is_bright || b.is_bright};
 }
 
 static const char *wrap_mode(ca_pbrt *p)
@@ -277,13 +323,14 @@ static ca_pbrt_value read_image(const texture_reading *r)
     const bool inverted = ca_pbrt_boolean(&p->params, "invert", false);
     const double scale = ca_pbrt_number(&p->params, "scale", 1.0);
     const size_t filter = ca_pbrt_choice(&p->params, "filter", filters, CA_COUNT(filters), 0);
-    const ca_pbrt_value plain = {.id = r->id, .is_bright = file && has_large_values(file)};
+    ca_pbrt_value plain = {.is_bright = file && has_large_values(file)};
     ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
     ca_xml_node *node = ca_pbrt_add_bitmap(p, ca_tree_root(&p->tree), NULL, file ? file : "", is_raw(p));
     ca_tree_set(&p->tree, node, "id", r->id ? r->id : "");
     ca_tree_string(&p->tree, node, "filter_type", filter == 1 ? "nearest" : "bilinear");
     ca_tree_string(&p->tree, node, "wrap_mode", wrap_mode(p));
     put_coordinates(p, node, false);
+    plain.id = put_mapping(p, r->id);
     return inverted ? put_inverse(r, &plain, scale) : ca_pbrt_scaled(p, &plain, scale);
 }
 
