@@ -330,6 +330,55 @@ static void test_colors(void **state)
                  (const float[12]){1, 0, 0.2f, 0, 1, 0, 0.4f, 0, 1, 1, 1, 0});
 }
 
+/* With a texture: both, times the factor; twins within rounding. */
+#define YELLOW "'POSITION':0,'NORMAL':1,'TEXCOORD_0':2,'COLOR_0':12"
+#define YELLOW_TOP(members)                                                                                          \
+    "'materials':[{'pbrMetallicRoughness':{'metallicFactor':0,'baseColorFactor':[0.5,0.25,0.75,1],"                  \
+    "'baseColorTexture':{'index':0}}" members "}]," MAP_TOP "," LAMP_TOP
+#define YELLOW_TEXTURE(attribute)                                                                                    \
+    "<texture type='scale' " attribute "><rgb name='scale' value='0.5 0.25 0.375'/><texture type='bitmap'>"          \
+    "<string name='filename' value='map.png'/></texture></texture>"
+
+static void assert_near_images(const char *name, const ca_image_layers *a, const ca_image_layers *b)
+{
+    static const char *const names[3] = {"R", "G", "B"};
+    double sum = 0.0;
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            const double x = (double)ca_layers_find(a, names[c])[i], y = (double)ca_layers_find(b, names[c])[i];
+            sum += x;
+            if (!(fabs(x - y) <= 1e-5 * (y + 0.01)))
+                fail_msg("%s: pixel %d of %s is %.9g, and %.9g of its twin", name, i, names[c], x, y);
+        }
+    assert_true(sum > 0.01);
+}
+
+static void test_colors_and_a_texture(void **state)
+{
+    static const gltf_case both[] = {
+        {"coloured corners and a texture", "", ",'material':0", YELLOW, LAMP_NODE, YELLOW_TOP(""),
+         "<bsdf type='twosided' id='m'>" PRINCIPLED(YELLOW_TEXTURE("name='base_color'")
+         "<float name='roughness' value='1'/><float name='metallic' value='0'/>") "</bsdf>" SHAPE("square", "")},
+        {"the same, unlit", "", ",'material':0", YELLOW, LAMP_NODE,
+         YELLOW_TOP(",'extensions':{'KHR_materials_unlit':{}}"),
+         YELLOW_TEXTURE("id='t'") "<bsdf type='diffuse' id='m'><float name='reflectance' value='0'/></bsdf>"
+         SHAPE("square", "<emitter type='area'><ref name='radiance' id='t'/></emitter>")},
+    };
+    static char text[TEXT_SIZE];
+    char path[256];
+    gltf_write_files(folder_of(state));
+    for (size_t i = 0; i < sizeof both / sizeof both[0]; i++) {
+        ca_image_layers *a = render_case(state, &both[i]);
+        path_in(state, "twin.xml", path);
+        gltf_case_twin(&both[i], text, sizeof text);
+        const ca_scene_source twin = gltf_twin_source(text, path);
+        ca_image_layers *b = render_source(both[i].name, &twin);
+        assert_near_images(both[i].name, a, b);
+        ca_image_release(a);
+        ca_image_release(b);
+    }
+}
+
 /* ---- Containers ------------------------------------------------------------------------------------------------ */
 
 static void put_u32(FILE *file, size_t value)
@@ -444,8 +493,8 @@ static const refusal refusals[] = {
     {"'componentType':5123,'count':6", "'componentType':5124,'count':6", "componentType must be 5120 to 5123"},
     {"'bufferView':3,'componentType':5123", "'bufferView':5,'componentType':5121",
      "accessors[3]: index 0 is 255, and there are 4 vertices"},
-    {"'byteLength':372", "'byteLength':373", "buffers[0]: has 372 bytes instead of 373"},
-    {"'byteLength':372", "'byteLength':100", "does not lie in its buffer, which has 100 bytes"},
+    {"'byteLength':420", "'byteLength':421", "buffers[0]: has 420 bytes instead of 421"},
+    {"'byteLength':420", "'byteLength':100", "does not lie in its buffer, which has 100 bytes"},
     {"'uri':'square.bin'", "'uri':'none.bin'", "buffers[0]: "},
     {"'uri':'square.bin'", "'uri':'https://x/y.bin'", "only files and data are read"},
     {"'uri':'square.bin'", "'uri':'data:text/plain,x'", "data in a uri must be base64"},
@@ -648,6 +697,7 @@ int main(void)
         PROGRAM_TEST(test_twins),      PROGRAM_TEST(test_converted), PROGRAM_TEST(test_colors),
         PROGRAM_TEST(test_containers), PROGRAM_TEST(test_refusals),  PROGRAM_TEST(test_failing_allocations),
         PROGRAM_TEST(test_cameras),    PROGRAM_TEST(test_defaults),  PROGRAM_TEST(test_the_program),
+        PROGRAM_TEST(test_colors_and_a_texture),
     };
     return run_program_tests("glTF", tests, sizeof tests / sizeof tests[0]);
 }

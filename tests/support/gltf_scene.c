@@ -24,7 +24,7 @@ static void put_floats(sample_bytes *bytes, const float *values, size_t count)
     for (size_t i = 0; i < count; i++) sample_f32(bytes, values[i]);
 }
 
-/* Views 0 to 9, in the order of the offsets below. */
+/* Views 0 to 13, in the order of the offsets below. */
 static void put_square(sample_bytes *bytes)
 {
     static const unsigned strip[4] = {0, 1, 3, 2}, fan[4] = {0, 1, 2, 3};
@@ -45,6 +45,7 @@ static void put_square(sample_bytes *bytes)
     for (int i = 0; i < 4; i++) sample_u8(bytes, strip[i]); /* 316 */
     for (int i = 0; i < 4; i++) sample_u8(bytes, fan[i]);   /* 320 */
     for (int i = 0; i < 12; i++) sample_f32(bytes, 1.0f);   /* 324 */
+    for (int i = 0; i < 12; i++) sample_f32(bytes, i % 3 == 2 ? 0.5f : 1.0f); /* 372 */
 }
 
 static const char views[] =
@@ -54,7 +55,7 @@ static const char views[] =
     "{'buffer':0,'byteOffset':208,'byteLength':48},{'buffer':0,'byteOffset':256,'byteLength':4},"
     "{'buffer':0,'byteOffset':260,'byteLength':24},{'buffer':0,'byteOffset':284,'byteLength':32,'byteStride':8},"
     "{'buffer':0,'byteOffset':316,'byteLength':4},{'buffer':0,'byteOffset':320,'byteLength':4},"
-    "{'buffer':0,'byteOffset':324,'byteLength':48}],\n"
+    "{'buffer':0,'byteOffset':324,'byteLength':48},{'buffer':0,'byteOffset':372,'byteLength':48}],\n"
     "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
     "{'bufferView':1,'componentType':5126,'count':4,'type':'VEC3'},"
     "{'bufferView':2,'componentType':5126,'count':4,'type':'VEC2'},"
@@ -67,8 +68,9 @@ static const char views[] =
     "{'bufferView':10,'componentType':5121,'count':4,'type':'SCALAR'},"
     "{'bufferView':11,'componentType':5121,'count':4,'type':'SCALAR'},"
     "{'componentType':5126,'count':4,'type':'VEC3'},"
-    "{'bufferView':12,'componentType':5126,'count':4,'type':'VEC3'}],\n"
-    "'buffers':[{'uri':'square.bin','byteLength':372}]";
+    "{'bufferView':12,'componentType':5126,'count':4,'type':'VEC3'},"
+    "{'bufferView':13,'componentType':5126,'count':4,'type':'VEC3'}],\n"
+    "'buffers':[{'uri':'square.bin','byteLength':420}]";
 
 static void with_quotes(char *text)
 {

@@ -5,10 +5,11 @@
 #include "caustica.h"
 
 /* A JSON text: asset, one scene of nodes 0, 1, 2 ("Eye", a camera; the square; and `light`, a node), and the square's
- * accessors 0 to 11 over the file square.bin:
+ * accessors 0 to 12 over the file square.bin:
  *   0 positions, 1 normals, 2 texture coordinates, 3 indices (u16), 4 colours (float RGB), 5 colours (u8 RGBA,
  *   normalised), 6 positions of which two are sparse, 7 texture coordinates (u16, normalised, with a stride), 8 the
- *   corners in the order of a strip, 9 of a fan, 10 all zero (no buffer view), 11 white colours. */
+ *   corners in the order of a strip, 9 of a fan, 10 all zero (no buffer view), 11 white colours, 12 yellow ones
+ *   (1, 1, 1/2). */
 typedef struct gltf_case {
     const char *name;
     const char *node;      /* members of the square's node behind "mesh":0; "" */

@@ -54,19 +54,28 @@ static void put_number(maker *m, ca_xml_node *object, const char *name, double f
         ca_tree_float(&m->g->tree, object, name, factor);
 }
 
-/* The colours at corners have the factor in them. */
+/* The colours at corners, which have the factor in them; times the texture, where there is one. */
+static void put_corner_colors(maker *m, ca_xml_node *object, const char *name, const char *id)
+{
+    static const ca_gltf_bake as_it_is = {.pixels = CA_GLTF_COLOR, .factors = {1.0, 1.0, 1.0}};
+    ca_tree *tree = &m->g->tree;
+    const ca_gltf_value *info = ca_gltf_object(m->g, m->pbr, "baseColorTexture");
+    if (info) {
+        object = ca_tree_named_object(tree, object, "texture", "scale", name, id);
+        ca_gltf_texture(m->g, info, &as_it_is, object, NULL, NULL, &m->uv_set);
+        name = "scale";
+        id = NULL;
+    }
+    ca_xml_node *node = ca_tree_named_object(tree, object, "texture", "mesh_attribute", name, id);
+    ca_tree_string(tree, node, "name", "vertex_color");
+}
+
 static void put_base_color(maker *m, ca_xml_node *object, const char *name)
 {
-    const ca_gltf_value *info = ca_gltf_object(m->g, m->pbr, "baseColorTexture");
-    if (m->colored && info)
-        ca_gltf_fail(m->g, info,
-                     "a texture together with colours at the corners (COLOR_0) that are not white is not supported");
-    if (!m->colored) {
-        put_color(m, object, name, m->base, info);
-        return;
-    }
-    ca_xml_node *node = ca_tree_named_object(&m->g->tree, object, "texture", "mesh_attribute", name, NULL);
-    ca_tree_string(&m->g->tree, node, "name", "vertex_color");
+    if (m->colored)
+        put_corner_colors(m, object, name, NULL);
+    else
+        put_color(m, object, name, m->base, ca_gltf_object(m->g, m->pbr, "baseColorTexture"));
 }
 
 /* ---- Extensions ------------------------------------------------------------------------------------------------ */
@@ -281,9 +290,7 @@ static void make_unlit(maker *m, ca_gltf_material *made, ca_xml_node *parent)
     if (m->colored) {
         made->shines = true;
         made->radiance = ca_gltf_format(m->g, "radiance of %s", made->id);
-        ca_xml_node *node = ca_tree_named_object(&m->g->tree, ca_tree_root(&m->g->tree), "texture", "mesh_attribute",
-                                                 NULL, made->radiance);
-        ca_tree_string(&m->g->tree, node, "name", "vertex_color");
+        put_corner_colors(m, ca_tree_root(&m->g->tree), NULL, made->radiance);
         return;
     }
     set_emission(m, made, m->base, ca_gltf_object(m->g, m->pbr, "baseColorTexture"));

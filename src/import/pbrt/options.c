@@ -216,7 +216,7 @@ static const named_sampler samplers[] = {
     {"independent", "independent", false},
     {"random", "independent", false},
     {"halton", "halton", false},
-    {"sobol", "sobol", true},
+    {"sobol", "sobol", false},
     {"paddedsobol", "sobol", true},
     {"zsobol", "zsobol", false},
     {"pmj02bn", "sobol", true},
