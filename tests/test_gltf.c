@@ -379,6 +379,47 @@ static void test_colors_and_a_texture(void **state)
     }
 }
 
+/* ---- Instances of one node ------------------------------------------------------------------------------------- */
+
+/* Scaled by accessor 12, turned by 5 as quaternions, moved by 0, and then by the node's own translation. */
+static void test_many_places(void **state)
+{
+    static const float quaternions[4][4] = {{1, 0, 0.2f, 1}, {0, 1, 0, 1}, {0.4f, 0, 1, 1}, {1, 1, 0, 1}};
+    static const float translations[4][3] = {{-1, -1, 0}, {1, -1, 0.25f}, {1, 1, 0}, {-1, 1, -0.125f}};
+    static char text[TEXT_SIZE], twin_text[TEXT_SIZE];
+    char path[256];
+    size_t at = (size_t)snprintf(twin_text, sizeof twin_text,
+                                 "<bsdf type='twosided' id='m'>" PRINCIPLED(DULL) "</bsdf>"
+                                 "<shape type='shapegroup' id='g'><shape type='mesh'>"
+                                 "<string name='data' value='plain'/><ref id='m'/></shape></shape>" LAMP_TWIN);
+    for (int i = 0; i < 4; i++) {
+        const float *q = quaternions[i], *t = translations[i];
+        const double sine = sqrt((double)(q[0] * q[0] + q[1] * q[1] + q[2] * q[2]));
+        at += (size_t)snprintf(twin_text + at, sizeof twin_text - at,
+                               "<shape type='instance'><transform name='to_world'><scale value='1 1 0.5'/>"
+                               "<rotate x='%.9g' y='%.9g' z='%.9g' angle='%.17g'/><translate value='%g %g %g'/>"
+                               "<translate value='0.25 0 -4'/></transform><ref id='g'/></shape>",
+                               (double)q[0], (double)q[1], (double)q[2],
+                               2.0 * atan2(sine, (double)q[3]) * 180.0 / 3.14159265358979323846, (double)t[0],
+                               (double)t[1], (double)t[2]);
+    }
+    const gltf_case c = {"many places",
+                         ",'translation':[0.25,0,-4],'extensions':{'EXT_mesh_gpu_instancing':{'attributes':"
+                         "{'TRANSLATION':0,'ROTATION':5,'SCALE':12}}}",
+                         ",'material':0", NULL, LAMP_NODE,
+                         "'extensionsRequired':['EXT_mesh_gpu_instancing'],"
+                         "'materials':[{'pbrMetallicRoughness':{" DULL_PBR "}}]," LAMP_TOP, twin_text};
+    gltf_write_files(folder_of(state));
+    ca_image_layers *a = render_case(state, &c);
+    path_in(state, "twin.xml", path);
+    gltf_case_twin(&c, text, sizeof text);
+    const ca_scene_source twin = gltf_twin_source(text, path);
+    ca_image_layers *b = render_source(c.name, &twin);
+    assert_near_images(c.name, a, b);
+    ca_image_release(a);
+    ca_image_release(b);
+}
+
 /* ---- Containers ------------------------------------------------------------------------------------------------ */
 
 static void put_u32(FILE *file, size_t value)
@@ -481,6 +522,8 @@ static const refusal refusals[] = {
     {"[0,1,2]", "[0,1,1]", "nodes[1]: this node is in the tree of nodes twice, or in itself"},
     {"'mesh':0", "'mesh':0,'children':[1]", "nodes[1]: this node is in the tree of nodes twice"},
     {"'mesh':0", "'mesh':0,'skin':0", "nodes[1]: skins are not supported"},
+    {"'mesh':0", "'mesh':0,'extensions':{'EXT_mesh_gpu_instancing':{'attributes':{'TRANSLATION':0,'SCALE':3}}}",
+     "accessors[3]: has 6 elements, and another part of the instances 4"},
     {"'mesh':0", "'mesh':1", "nodes[1].mesh: is 1, and meshes has 1 elements"},
     {"'mesh':0", "'mesh':0,'matrix':[1,2]", "nodes[1].matrix: must be 16 numbers"},
     {"'mesh':0", "'mesh':0,'rotation':[0,0,0,0]", "nodes[1]: its rotation is no quaternion"},
@@ -697,7 +740,7 @@ int main(void)
         PROGRAM_TEST(test_twins),      PROGRAM_TEST(test_converted), PROGRAM_TEST(test_colors),
         PROGRAM_TEST(test_containers), PROGRAM_TEST(test_refusals),  PROGRAM_TEST(test_failing_allocations),
         PROGRAM_TEST(test_cameras),    PROGRAM_TEST(test_defaults),  PROGRAM_TEST(test_the_program),
-        PROGRAM_TEST(test_colors_and_a_texture),
+        PROGRAM_TEST(test_colors_and_a_texture), PROGRAM_TEST(test_many_places),
     };
     return run_program_tests("glTF", tests, sizeof tests / sizeof tests[0]);
 }

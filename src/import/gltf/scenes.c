@@ -15,7 +15,8 @@ static void check_required(ca_gltf *g)
         "KHR_lights_punctual",     "KHR_materials_transmission", "KHR_materials_emissive_strength",
         "KHR_materials_ior",       "KHR_materials_clearcoat",    "KHR_materials_specular",
         "KHR_materials_sheen",     "KHR_texture_transform",      "KHR_materials_unlit",
-        "KHR_mesh_quantization",   "KHR_materials_volume",       "EXT_texture_webp"};
+        "KHR_mesh_quantization",   "KHR_materials_volume",       "EXT_texture_webp",
+        "EXT_mesh_gpu_instancing"};
     const ca_gltf_value *list = ca_gltf_array(g, g->root, "extensionsRequired");
     for (uint32_t i = 0; list && i < list->count && ca_import_good(g->importer); i++) {
         const ca_gltf_value *name = list->items[i];
@@ -47,7 +48,19 @@ static ca_matrix matrix_of_rotation(const double q[4])
                         {0, 0, 0, 1}}};
 }
 
-/* matrix, or scale, then rotation, then translation. */
+/* Scale, then rotation, then translation. */
+static ca_matrix matrix_of_parts(ca_gltf *g, const ca_gltf_value *node, const double t[3], const double q[4],
+                                 const double s[3])
+{
+    const double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(length > 0.0) || !isfinite(length)) ca_gltf_fail(g, node, "its rotation is no quaternion");
+    const double unit[4] = {q[0] / length, q[1] / length, q[2] / length, q[3] / length};
+    const ca_matrix scale = ca_matrix_scale(s[0], s[1], s[2]), rotation = matrix_of_rotation(unit);
+    const ca_matrix translation = ca_matrix_translate(t[0], t[1], t[2]);
+    const ca_matrix turned = ca_matrix_multiply(&rotation, &scale);
+    return ca_matrix_multiply(&translation, &turned);
+}
+
 static ca_matrix local_matrix(ca_gltf *g, const ca_gltf_value *node)
 {
     double columns[16], t[3] = {0, 0, 0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
@@ -59,26 +72,77 @@ static ca_matrix local_matrix(ca_gltf *g, const ca_gltf_value *node)
     ca_gltf_numbers(g, node, "translation", t, 3);
     ca_gltf_numbers(g, node, "rotation", q, 4);
     ca_gltf_numbers(g, node, "scale", s, 3);
-    const double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (!(length > 0.0) || !isfinite(length)) ca_gltf_fail(g, node, "its rotation is no quaternion");
-    for (int i = 0; i < 4; i++) q[i] /= length;
-    const ca_matrix scale = ca_matrix_scale(s[0], s[1], s[2]), rotation = matrix_of_rotation(q);
-    const ca_matrix translation = ca_matrix_translate(t[0], t[1], t[2]);
-    const ca_matrix turned = ca_matrix_multiply(&rotation, &scale);
-    return ca_matrix_multiply(&translation, &turned);
+    return matrix_of_parts(g, node, t, q, s);
+}
+
+/* ---- Where a node shows its mesh ------------------------------------------------------------------------------- */
+
+/* EXT_mesh_gpu_instancing: an array for each part, of `count` elements; NULL where the part is left out. */
+typedef struct node_places {
+    const ca_gltf_value *part[3];
+    size_t count; /* 1 without the extension */
+} node_places;
+
+enum { PLACE_TRANSLATION, PLACE_ROTATION, PLACE_SCALE, PLACE_PARTS };
+
+static node_places places_of(ca_gltf *g, const ca_gltf_value *node)
+{
+    static const char *const names[PLACE_PARTS] = {"TRANSLATION", "ROTATION", "SCALE"};
+    const ca_gltf_value *extension = ca_gltf_extension(g, node, "EXT_mesh_gpu_instancing");
+    const ca_gltf_value *attributes = ca_gltf_object(g, extension, "attributes");
+    node_places places = {.count = 1};
+    bool first = true;
+    for (int i = 0; i < PLACE_PARTS; i++) {
+        places.part[i] = ca_gltf_reference(g, attributes, names[i], "accessors");
+        if (!places.part[i]) continue;
+        const size_t count = ca_gltf_element_count(g, places.part[i]);
+        if (!first && count != places.count)
+            ca_gltf_fail(g, places.part[i], "has %zu elements, and another part of the instances %zu", count,
+                         places.count);
+        places.count = count;
+        first = false;
+    }
+    return places;
+}
+
+static void show_at(ca_gltf *g, const ca_gltf_value *node, const ca_gltf_value *mesh, const ca_matrix *to_world)
+{
+    ca_affine affine;
+    if (ca_affine_from_matrix(to_world, &affine))
+        ca_gltf_show_mesh(g, mesh, to_world);
+    else
+        ca_gltf_note(g, node, "a node whose matrix flattens what it shows is left out");
+}
+
+static void show_at_places(ca_gltf *g, const ca_gltf_value *node, const ca_gltf_value *mesh,
+                           const node_places *places, const ca_matrix *to_world)
+{
+    static const uint32_t sizes[PLACE_PARTS] = {3, 4, 3};
+    float *values[PLACE_PARTS] = {NULL};
+    for (int k = 0; k < PLACE_PARTS; k++) {
+        if (!places->part[k]) continue;
+        values[k] = ca_gltf_alloc(g, places->count, sizes[k] * sizeof *values[k]);
+        if (!values[k] || !ca_gltf_read_floats(g, places->part[k], sizes[k], values[k])) return;
+    }
+    for (size_t i = 0; i < places->count && ca_import_good(g->importer); i++) {
+        double parts[PLACE_PARTS][4] = {{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}};
+        for (int k = 0; k < PLACE_PARTS; k++)
+            for (uint32_t c = 0; values[k] && c < sizes[k]; c++) parts[k][c] = (double)values[k][i * sizes[k] + c];
+        const ca_matrix local = matrix_of_parts(g, node, parts[PLACE_TRANSLATION], parts[PLACE_ROTATION],
+                                                parts[PLACE_SCALE]);
+        const ca_matrix placed = ca_matrix_multiply(to_world, &local);
+        show_at(g, node, mesh, &placed);
+    }
 }
 
 static void show_node_mesh(ca_gltf *g, const ca_gltf_value *node, const ca_matrix *to_world)
 {
     const ca_gltf_value *mesh = ca_gltf_reference(g, node, "mesh", "meshes");
-    ca_affine affine;
     if (!mesh) return;
     if (ca_gltf_member(g, node, "skin")) ca_gltf_fail(g, node, "skins are not supported");
     ca_gltf_at(g, node);
-    if (ca_affine_from_matrix(to_world, &affine))
-        ca_gltf_show_mesh(g, mesh, to_world);
-    else
-        ca_gltf_note(g, node, "a node whose matrix flattens what it shows is left out");
+    const node_places places = places_of(g, node);
+    show_at_places(g, node, mesh, &places, to_world);
 }
 
 /* Goes through the nodes below one; `visit` NULL: only counts which meshes are shown. */
@@ -114,7 +178,7 @@ static void walk_node(node_walk *walk, const ca_gltf_value *node, const ca_matri
     g->seen[node->index] = true;
     const ca_matrix local = local_matrix(g, node), to_world = ca_matrix_multiply(parent, &local);
     const ca_gltf_value *mesh = walk->counts ? ca_gltf_reference(g, node, "mesh", "meshes") : NULL;
-    if (mesh) g->meshes[mesh->index].users++;
+    if (mesh) g->meshes[mesh->index].users += (uint32_t)places_of(g, node).count;
     if (!walk->counts && ca_import_good(g->importer)) {
         show_node_mesh(g, node, &to_world);
         ca_gltf_add_light(g, node, &to_world);
