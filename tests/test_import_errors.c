@@ -171,6 +171,8 @@ static void wrong_structure(void **state)
         {SCENE("<shape type=\"cube\"><emitter type=\"point\"/></shape>"),
          "2:20: a shape can only hold an area or directionalarea emitter, not point"},
         {SCENE("<emitter type=\"area\"/>"), "2:1: area stands inside the shape that emits"},
+        {SCENE("<emitter type=\"area\" id=\"a\">\n<float name=\"power\" value=\"1\"/></emitter>"),
+         "3:1: unused parameter \"power\" of area; the nearest known one is \"radiance\""},
         {SCENE("<shape type=\"shapegroup\" id=\"g\">\n<shape type=\"cube\"><emitter type=\"area\"/></shape></shape>"),
          "3:20: a shape inside a shapegroup cannot emit light"},
         {SCENE("<shape type=\"shapegroup\">\n<shape type=\"instance\"/></shape>"),

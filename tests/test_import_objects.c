@@ -732,6 +732,24 @@ static void area_lights(void **state)
     done();
 }
 
+/* Directly in <scene>, before and behind the shapes that refer to them. */
+static void area_lights_by_reference(void **state)
+{
+    (void)state;
+    import(SCENE("<emitter type=\"area\" id=\"early\"><rgb name=\"radiance\" value=\"1 2 3\"/></emitter>"
+                 "<shape type=\"cube\"><ref id=\"late\"/></shape><shape type=\"sphere\"><ref id=\"early\"/></shape>"
+                 "<emitter type=\"point\"/>"
+                 "<emitter type=\"area\" id=\"late\"><rgb name=\"radiance\" value=\"4 5 6\"/></emitter>"
+                 "<emitter type=\"area\" id=\"unused\"/>"));
+    assert_int_equal(desc.lights.count, 3);
+    assert_int_equal(desc.shapes.items[0].light, 0);
+    assert_int_equal(desc.shapes.items[1].light, 1);
+    is_rgb(constant(desc.lights.items[0].as.area.radiance), 4.0, 5.0, 6.0);
+    is_rgb(constant(desc.lights.items[1].as.area.radiance), 1.0, 2.0, 3.0);
+    assert_int_equal(desc.lights.items[2].kind, CA_LIGHT_POINT);
+    done();
+}
+
 static void point_lights(void **state)
 {
     (void)state;
@@ -1023,6 +1041,7 @@ int main(void)
         cmocka_unit_test(meshes),
         cmocka_unit_test(groups_and_instances),
         cmocka_unit_test(area_lights),
+        cmocka_unit_test(area_lights_by_reference),
         cmocka_unit_test(point_lights),
         cmocka_unit_test(distant_lights),
         cmocka_unit_test(projectors),

@@ -169,6 +169,12 @@ static bool is_area(const ca_xml_node *node)
 
 uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node)
 {
+    if (is_area(node) && ca_xml_attribute_value(node, "id")) {
+        const size_t count = importer->desc->lights.count;
+        build(importer, node); /* waits for shapes to refer to it; a mistake in it is a mistake */
+        importer->desc->lights.count = count;
+        return CA_NONE;
+    }
     if (is_area(node)) {
         ca_import_fail(importer, &node->where, "%s stands inside the shape that emits",
                        ca_xml_attribute_value(node, "type"));

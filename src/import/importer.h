@@ -126,6 +126,7 @@ ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *err
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);
 ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node);
+/* One that shapes refer to is only checked: CA_NONE. */
 uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node);
 void ca_import_shape(ca_importer *importer, ca_xml_node *node);
 void ca_import_sensor(ca_importer *importer, ca_xml_node *node);
