@@ -46,11 +46,12 @@ typedef struct twin {
     {                                                                                                                \
         name, OPTIONS "WorldBegin\n" SKY LAMP FLOOR body, XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, 0.0            \
     }
-#define OLD(name, body, xml)                                                                                         \
+#define OLD_NEAR(name, body, xml, tolerance)                                                                         \
     {                                                                                                                \
         name, OPTIONS "PixelFilter \"gaussian\"\nWorldBegin\n" SKY LAMP FLOOR body "WorldEnd\n",                     \
-            XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, 0.0                                                          \
+            XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, tolerance                                                    \
     }
+#define OLD(name, body, xml) OLD_NEAR(name, body, xml, 0.0)
 #define NEAR(name, body, xml, tolerance)                                                                             \
     {                                                                                                                \
         name, OPTIONS "WorldBegin\n" SKY LAMP FLOOR body, XML_OPTIONS XML_SKY XML_LAMP XML_FLOOR xml, tolerance      \
@@ -309,6 +310,14 @@ static const twin old_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='roughdiffuse'>" PAINT
              "<float name='alpha' value='0.493653659795374'/><boolean name='use_fast_approx' value='true'/></bsdf>"
              "</bsdf>")),
+    OLD_NEAR("matte, rough here and there",
+             "Texture \"s\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" 20 \"float tex2\" 0\n"
+             "Material \"matte\" \"rgb Kd\" [.4 .2 .1] \"texture sigma\" \"s\"\n" PBRT_BALL,
+             BALL("<bsdf type='twosided'><bsdf type='roughdiffuse'>" PAINT
+                  "<texture type='checkerboard' name='alpha'>" SIX_BY_FOUR
+                  "<float name='color0' value='0'/><float name='color1' value='0.493653659795374'/></texture>"
+                  "<boolean name='use_fast_approx' value='true'/></bsdf></bsdf>"),
+             1e-5),
     OLD("glass", "Material \"glass\" \"rgb Kt\" [.9 .5 .9] \"float index\" 1.7\n" PBRT_BALL,
         BALL("<bsdf type='dielectric'><float name='int_ior' value='1.7'/><float name='ext_ior' value='1'/>"
              "<rgb name='specular_transmittance' value='.9 .5 .9'/></bsdf>")),
@@ -318,6 +327,14 @@ static const twin old_materials[] = {
     OLD("metal", "Material \"metal\" \"float roughness\" 0.3 \"bool remaproughness\" \"false\"\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='roughconductor'><string name='material' value='Cu'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.3'/></bsdf></bsdf>")),
+    OLD_NEAR("metal, a texture remapped", /* 1.595 r^0.536 */
+             "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" .04 \"float tex2\" .16\n"
+             "Material \"metal\" \"texture roughness\" \"w\"\n" PBRT_BALL,
+             BALL("<bsdf type='twosided'><bsdf type='roughconductor'><string name='material' value='Cu'/>"
+                  "<string name='distribution' value='ggx'/><texture type='checkerboard' name='alpha'>" SIX_BY_FOUR
+                  "<float name='color0' value='0.5972677'/><float name='color1' value='0.2840958'/></texture></bsdf>"
+                  "</bsdf>"),
+             1e-4),
     OLD("metal, remapped", "Material \"metal\" \"float roughness\" 0.1\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='roughconductor'><string name='material' value='Cu'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.46176003200863397'/></bsdf>"

@@ -56,13 +56,18 @@ static bool is_same(const ca_pbrt_value *a, const ca_pbrt_value *b)
     return a->id == b->id && a->rgb[0] == b->rgb[0];
 }
 
-static void remap_value(ca_pbrt *p, const char *name, ca_pbrt_value *value, double (*to_alpha)(double))
+/* Version 3's fit as a power of the roughness: within 2.8 % of it from 0.01 to 1. */
+static ca_pbrt_value old_alpha_of_texture(ca_pbrt *p, const ca_pbrt_value *texture)
+{
+    const ca_pbrt_value power = ca_pbrt_power(p, texture, 0.536);
+    ca_import_note(p->importer, &p->params.where, "a texture of roughness r is remapped to 1.595 r^0.536");
+    return ca_pbrt_scaled(p, &power, 1.595);
+}
+
+static void remap_value(ca_pbrt *p, ca_pbrt_value *value, double (*to_alpha)(double))
 {
     for (int i = 0; i < 3; i++) value->rgb[i] = to_alpha(value->rgb[i]);
-    if (value->id && to_alpha == remap)
-        *value = ca_pbrt_power(p, value, 0.5);
-    else if (value->id)
-        ca_pbrt_fail(&p->params, name, "cannot be a texture, unless remaproughness is false");
+    if (value->id) *value = to_alpha == remap ? ca_pbrt_power(p, value, 0.5) : old_alpha_of_texture(p, value);
 }
 
 ca_pbrt_roughness ca_pbrt_read_roughness(ca_pbrt *p, const char *const names[3], double fallback,
@@ -75,11 +80,11 @@ ca_pbrt_roughness ca_pbrt_read_roughness(ca_pbrt *p, const char *const names[3],
     const bool zero = ca_pbrt_is(&roughness.u, 0.0) && ca_pbrt_is(&roughness.v, 0.0);
     if (ca_pbrt_boolean(&p->params, "remaproughness", true)) {
         const bool same = is_same(&roughness.u, &roughness.v);
-        remap_value(p, names[1], &roughness.u, to_alpha);
+        remap_value(p, &roughness.u, to_alpha);
         if (same)
             roughness.v = roughness.u;
         else
-            remap_value(p, names[2], &roughness.v, to_alpha);
+            remap_value(p, &roughness.v, to_alpha);
     }
     const bool constant = !roughness.u.id && !roughness.v.id;
     roughness.is_smooth =
@@ -197,8 +202,7 @@ static void read_layer(ca_pbrt *p)
     if (!ca_pbrt_is(&albedo, 0.0)) ca_pbrt_fail(&p->params, "albedo", "must be 0: media are not supported");
 }
 
-/* A coat has one roughness for both directions. */
-static void put_coat_alpha(ca_pbrt *p, ca_xml_node *bsdf, const ca_pbrt_roughness *roughness)
+void ca_pbrt_put_coat_alpha(ca_pbrt *p, ca_xml_node *bsdf, const ca_pbrt_roughness *roughness)
 {
     const bool same = is_same(&roughness->u, &roughness->v), varies = roughness->u.id || roughness->v.id;
     ca_pbrt_value alpha = roughness->u.id ? roughness->u : roughness->v;
@@ -206,6 +210,7 @@ static void put_coat_alpha(ca_pbrt *p, ca_xml_node *bsdf, const ca_pbrt_roughnes
     if (!same)
         ca_import_note(p->importer, &p->params.where, "the roughness of a coat is %s",
                        varies ? "that of one direction, which is a texture" : "the geometric mean of both");
+    ca_tree_string(&p->tree, bsdf, "distribution", "ggx");
     ca_pbrt_put_number(p, bsdf, "alpha", &alpha);
 }
 
@@ -220,8 +225,7 @@ static void read_coated_diffuse(ca_pbrt *p, const char *id)
     ca_pbrt_put_index(p, bsdf, index);
     ca_tree_boolean(&p->tree, bsdf, "nonlinear", true);
     if (roughness.is_smooth) return;
-    ca_tree_string(&p->tree, bsdf, "distribution", "ggx");
-    put_coat_alpha(p, bsdf, &roughness);
+    ca_pbrt_put_coat_alpha(p, bsdf, &roughness);
 }
 
 /* Of the two layers the metal, seen from inside of the coat. */

@@ -29,6 +29,8 @@ ca_pbrt_roughness ca_pbrt_read_roughness(ca_pbrt *p, const char *const names[3],
 /* Version 3's. */
 double ca_pbrt_old_alpha(double roughness);
 void ca_pbrt_put_alpha(ca_pbrt *p, ca_xml_node *object, const ca_pbrt_roughness *roughness);
+/* A coat has one roughness for both directions. */
+void ca_pbrt_put_coat_alpha(ca_pbrt *p, ca_xml_node *bsdf, const ca_pbrt_roughness *roughness);
 /* int_ior, in vacuum. */
 void ca_pbrt_put_index(ca_pbrt *p, ca_xml_node *object, double index);
 /* Of copper, the metal of materials that name none. */

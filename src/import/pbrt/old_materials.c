@@ -132,13 +132,15 @@ static ca_pbrt_roughness read_roughness(ca_pbrt *p, double fallback)
 /* sigma is an angle; roughdiffuse takes the slope, sqrt(2) times it. */
 static void read_matte(ca_pbrt *p, const char *id)
 {
-    const ca_pbrt_value kd = ca_pbrt_color_value(p, "Kd", 0.5), sigma = ca_pbrt_number_value(p, "sigma", 0.0);
+    const ca_pbrt_value kd = ca_pbrt_color_value(p, "Kd", 0.5);
+    ca_pbrt_value sigma = ca_pbrt_number_value(p, "sigma", 0.0);
     const bool smooth = ca_pbrt_is(&sigma, 0.0);
-    if (sigma.id) ca_pbrt_fail(&p->params, "sigma", "must be a number");
+    sigma.rgb[0] = fmin(fmax(sigma.rgb[0], 0.0), 90.0);
     ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, smooth ? "diffuse" : "roughdiffuse", true, NULL);
     ca_pbrt_put_color(p, bsdf, "reflectance", &kd);
     if (smooth) return;
-    ca_tree_float(&p->tree, bsdf, "alpha", fmin(fmax(sigma.rgb[0], 0.0), 90.0) * (pi / 180.0) * sqrt(2.0));
+    const ca_pbrt_value slope = ca_pbrt_scaled(p, &sigma, (pi / 180.0) * sqrt(2.0));
+    ca_pbrt_put_number(p, bsdf, "alpha", &slope);
     ca_tree_boolean(&p->tree, bsdf, "use_fast_approx", true);
 }
 
@@ -250,7 +252,6 @@ static void read_substrate(ca_pbrt *p, const char *id)
     const ca_pbrt_value kd = ca_pbrt_color_value(p, "Kd", 0.5), ks = ca_pbrt_color_value(p, "Ks", 0.5);
     const ca_pbrt_roughness roughness = read_roughness(p, 0.1);
     if (ks.id) ca_pbrt_fail(&p->params, "Ks", "must be a constant colour");
-    if (roughness.u.id || roughness.v.id) ca_pbrt_fail(&p->params, "uroughness", "must be a number");
     ca_import_note(p->importer, &p->params.where,
                    "substrate is roughplastic of the same reflectance at normal incidence");
     const double most = most_of(&ks), root = sqrt(fmin(most, 0.9));
@@ -260,8 +261,7 @@ static void read_substrate(ca_pbrt *p, const char *id)
     ca_pbrt_put_index(p, bsdf, (1.0 + root) / (1.0 - root));
     const ca_pbrt_value tint = ca_pbrt_scaled(p, &ks, 1.0 / most);
     ca_pbrt_put_color(p, bsdf, "specular_reflectance", &tint);
-    ca_tree_string(&p->tree, bsdf, "distribution", "ggx");
-    ca_tree_float(&p->tree, bsdf, "alpha", sqrt(roughness.u.rgb[0] * roughness.v.rgb[0]));
+    ca_pbrt_put_coat_alpha(p, bsdf, &roughness);
 }
 
 static void read_disney(ca_pbrt *p, const char *id)
