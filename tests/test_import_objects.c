@@ -747,6 +747,8 @@ static void area_lights_by_reference(void **state)
     is_rgb(constant(desc.lights.items[0].as.area.radiance), 4.0, 5.0, 6.0);
     is_rgb(constant(desc.lights.items[1].as.area.radiance), 1.0, 2.0, 3.0);
     assert_int_equal(desc.lights.items[2].kind, CA_LIGHT_POINT);
+    assert_int_equal(desc.notes.count, 1);
+    assert_non_null(strstr(desc.notes.items[0], "emitter \"unused\" shines nowhere: no shape holds it or"));
     done();
 }
 

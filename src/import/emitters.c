@@ -183,9 +183,17 @@ uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node)
     return build(importer, node);
 }
 
+void ca_import_note_idle_emitter(ca_importer *importer, const ca_xml_node *node)
+{
+    if (strcmp(node->tag, "emitter") == 0 && is_area(node) && node->progress != CA_NODE_DONE)
+        ca_import_note(importer, &node->where, "emitter \"%s\" shines nowhere: no shape holds it or refers to it",
+                       ca_xml_attribute_value(node, "id"));
+}
+
 /* Not made once like other objects: several shapes may refer to one emitter, and each then is a light of its own. */
 uint32_t ca_import_area_light(ca_importer *importer, ca_xml_node *node)
 {
+    node->progress = CA_NODE_DONE; /* it shines */
     if (!is_area(node)) {
         ca_import_find_plugin(importer, node, plugins, CA_COUNT(plugins));
         ca_import_fail(importer, &node->where, "a shape can only hold an area or directionalarea emitter, not %s",

@@ -139,6 +139,8 @@ void ca_import_integrator(ca_importer *importer, ca_xml_node *node);
 
 /* An area light, which only a shape can hold: its index in lights. */
 uint32_t ca_import_area_light(ca_importer *importer, ca_xml_node *node);
+/* Says of an area light directly in <scene> that no shape has asked for it; when all shapes are read. */
+void ca_import_note_idle_emitter(ca_importer *importer, const ca_xml_node *node);
 
 /* Parts of plugins' parameters that several files need. */
 double ca_import_index_of_refraction(ca_props *props, const char *name, double fallback);

@@ -339,6 +339,8 @@ static void import_scene(ca_importer *importer)
         importer->status = ca_loading_check(importer->error);
         if (ca_import_good(importer)) import_object(importer, node, &integrator);
     }
+    for (const ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next)
+        ca_import_note_idle_emitter(importer, node);
     const uint32_t count = importer->sensor_count;
     if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
     const char *camera = importer->source->camera;
