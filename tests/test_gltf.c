@@ -228,6 +228,12 @@ static const gltf_case cases[] = {
     {"a strip", "", ",'material':0,'mode':5,'indices':8", "'POSITION':0,'NORMAL':1", LAMP_NODE,
      "'materials':[{'pbrMetallicRoughness':{" DULL_PBR "}}]," LAMP_TOP,
      "<bsdf type='twosided' id='m'>" PRINCIPLED(DULL) "</bsdf>" SHAPE("strip", "")},
+    {"what is hidden is not there", "", ",'material':0", "'POSITION':0,'NORMAL':1",
+     LAMP_NODE ",'children':[3]},{'extensions':{'KHR_node_visibility':{'visible':false}},'children':[4,5],'mesh':0,"
+     "'translation':[-0.5,-1,0]},{'mesh':0,'translation':[0,-1,-2]},"
+     "{'extensions':{'KHR_lights_punctual':{'light':0},'KHR_node_visibility':{'visible':true}}",
+     "'extensionsRequired':['KHR_node_visibility'],'materials':[{'pbrMetallicRoughness':{" DULL_PBR "}}]," LAMP_TOP,
+     "<bsdf type='twosided' id='m'>" PRINCIPLED(DULL) "</bsdf>" SHAPE("plain", "")},
     {"white colours are none", "", ",'material':0", "'POSITION':0,'NORMAL':1,'COLOR_0':11", LAMP_NODE,
      "'materials':[{'pbrMetallicRoughness':{" DULL_PBR "}}]," LAMP_TOP,
      "<bsdf type='twosided' id='m'>" PRINCIPLED(DULL) "</bsdf>" SHAPE("plain", "")},

@@ -16,7 +16,7 @@ static void check_required(ca_gltf *g)
         "KHR_materials_ior",       "KHR_materials_clearcoat",    "KHR_materials_specular",
         "KHR_materials_sheen",     "KHR_texture_transform",      "KHR_materials_unlit",
         "KHR_mesh_quantization",   "KHR_materials_volume",       "EXT_texture_webp",
-        "EXT_mesh_gpu_instancing"};
+        "EXT_mesh_gpu_instancing", "KHR_node_visibility"};
     const ca_gltf_value *list = ca_gltf_array(g, g->root, "extensionsRequired");
     for (uint32_t i = 0; list && i < list->count && ca_import_good(g->importer); i++) {
         const ca_gltf_value *name = list->items[i];
@@ -169,9 +169,16 @@ static void walk_list(node_walk *walk, const ca_gltf_value *list, const ca_matri
     }
 }
 
+/* What is hidden hides what is below it. */
+static bool is_hidden(ca_gltf *g, const ca_gltf_value *node)
+{
+    return !ca_gltf_boolean(g, ca_gltf_extension(g, node, "KHR_node_visibility"), "visible", true);
+}
+
 static void walk_node(node_walk *walk, const ca_gltf_value *node, const ca_matrix *parent, int depth)
 {
     ca_gltf *g = walk->g;
+    if (is_hidden(g, node)) return;
     if (walk->counts && g->seen[node->index])
         ca_gltf_fail(g, node, "this node is in the tree of nodes twice, or in itself");
     if (depth == MAX_NODE_DEPTH) ca_gltf_fail(g, node, "nodes are nested more than %d deep", MAX_NODE_DEPTH);
