@@ -236,6 +236,12 @@ static const twin new_materials[] = {
          "\"float udelta\" 2 \"float vdelta\" -.25 AttributeEnd Material \"diffuse\" \"texture reflectance\" \"t\"\n"
          "Shape \"plymesh\" \"string filename\" \"quad.ply\"\n",
          XML_MAPPED_QUAD XML_PICTURE("") "</shape>", 1e-5),
+    NEAR("planar mapping across",
+         "Translate 0 0.5 1 Rotate 90 0 1 0 " PBRT_PICTURE
+         "\"string mapping\" \"planar\" \"vector3 v1\" [0 0 .5] \"vector3 v2\" [0 .5 0] \"float udelta\" .5\n"
+         "Rotate -90 0 1 0 Translate 0 -0.5 -1 Material \"diffuse\" \"texture reflectance\" \"t\"\n"
+         "Shape \"plymesh\" \"string filename\" \"quad.ply\"\n",
+         XML_MAPPED_QUAD XML_PICTURE("") "</shape>", 1e-5),
     NEAR("cylindrical mapping", /* half a turn from u; 1 - v is z */
          "Translate 0 1 0 " PBRT_PICTURE
          "\"string mapping\" \"cylindrical\" Material \"diffuse\" \"texture reflectance\" \"t\"\n"

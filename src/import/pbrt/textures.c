@@ -151,6 +151,12 @@ static ca_matrix turned_down(ca_pbrt *p, size_t mapping)
     ca_pbrt_point(&p->params, "v1", v1);
     ca_pbrt_point(&p->params, "v2", v2);
     for (int i = 0; i < 3; i++) m.m[0][i] = v1[i], m.m[1][i] = -v2[i];
+    /* The third coordinate has no effect; a transform can be inverted. */
+    const double across[3] = {v1[1] * v2[2] - v1[2] * v2[1], v1[2] * v2[0] - v1[0] * v2[2],
+                              v1[0] * v2[1] - v1[1] * v2[0]};
+    const double length = sqrt(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
+    if (!(length > 0.0)) ca_pbrt_fail(&p->params, "v1", "must not be parallel to v2");
+    for (int i = 0; i < 3; i++) m.m[2][i] = across[i] / length;
     m.m[0][3] = ca_pbrt_number(&p->params, "udelta", 0.0);
     m.m[1][3] = 1.0 - ca_pbrt_number(&p->params, "vdelta", 0.0);
     return m;
