@@ -199,11 +199,16 @@ static ca_pdf_solid_angle sample_cone(const ca_shape *shape, const sphere_cone *
 static ca_pdf_solid_angle sample_rectangle(const ca_shape *shape, const ca_spherical_rectangle *seen, ca_vec2 u,
                                            ca_surface *surface)
 {
-    *surface = blank_surface(shape);
-    ca_vec2 barycentric;
+    const ca_rectangle *rectangle = &shape->as.mesh.rectangle;
     const ca_vec2 st = ca_spherical_rectangle_sample(seen, u);
-    const uint32_t primitive = ca_rectangle_triangle(&shape->as.mesh.rectangle, st, &barycentric);
-    triangle_surface(shape->as.mesh.mesh, primitive, barycentric, surface);
+    *surface = blank_surface(shape);
+    if (rectangle->is_plain) {
+        sample_plain_rectangle(shape, st, surface);
+    } else {
+        ca_vec2 barycentric;
+        const uint32_t primitive = ca_rectangle_triangle(rectangle, st, &barycentric);
+        triangle_surface(shape->as.mesh.mesh, primitive, barycentric, surface);
+    }
     return (ca_pdf_solid_angle){(float)(1.0 / seen->solid_angle)};
 }
 

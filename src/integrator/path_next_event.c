@@ -15,6 +15,7 @@ typedef struct choice_batch {
     uint32_t rectangle[CA_BATCH]; /* all bits: the corners span a rectangle; 0: a triangle */
     ca_column3 corner[3], radiance;
     float pdf_area[CA_BATCH];
+    float pdf_seen[CA_BATCH];  /* > 0: chosen by solid angle, with this density, for the light looks large */
     ca_column3 to_sky, far; /* sky only: the direction, and where paths are observed a point of it; likewise: */
     float pdf_sky[CA_BATCH];
 } choice_batch;
@@ -69,14 +70,14 @@ static void choose_lights(const path_state *state, const ca_batch *batch, const 
     }
 }
 
-/* By area, and at a matte point? */
+/* An even light at a matte point? What looks large from there must be a plain rectangle. */
 static bool goes_in_lanes(const path_state *state, const ca_vertex_batch *v, uint32_t i, const choice_batch *choices)
 {
     if (choices->light[i] == CA_NONE || !v->matte[i]) return false;
     const ca_scene *scene = state->scene;
     const ca_even_light *light = &scene->even_lights[choices->light[i]];
     const ca_vec3 reference = ca_column3_at(&v->position, i);
-    if (!light->is_even || !ca_even_light_is_near(light, reference)) return light->is_even;
+    if (!light->is_even || light->is_plain || !ca_even_light_is_near(light, reference)) return light->is_even;
     const ca_shape *shape = scene->lights[choices->light[i]].as.area.shape;
     return !ca_rectangle_may_look_large(&shape->as.mesh.rectangle, reference);
 }
@@ -88,21 +89,41 @@ static void set_corners(choice_batch *choices, uint32_t i, ca_vec3 a, ca_vec3 b,
     ca_column3_set(&choices->corner[2], i, c);
 }
 
-/* sample_mesh of geometry/shape_sampling.c up to the triangle, where there is one to choose: u->x then becomes the
- * number within its share. */
-static void choose_corners(const path_state *state, ca_number_batch *u, uint32_t i, choice_batch *choices)
+/* The triangle, where there is one to choose: u->x then becomes the number within its share. */
+static void choose_triangle(const ca_shape *shape, ca_number_batch *u, uint32_t i, choice_batch *choices)
+{
+    float probability;
+    const uint32_t primitive = ca_distribution_1d_sample(&shape->as.mesh.triangles, u->x[i], &probability, &u->x[i]);
+    const ca_triangle triangle = ca_triangle_load(shape->as.mesh.mesh, primitive);
+    set_corners(choices, i, triangle.p[0], triangle.p[1], triangle.p[2]);
+}
+
+/* A rectangle that looks large: the two numbers become the place in it, uniform by solid angle. */
+static void choose_seen(const ca_shape *shape, ca_vec3 reference, ca_number_batch *u, uint32_t i,
+                        choice_batch *choices)
+{
+    ca_spherical_rectangle seen;
+    if (!ca_spherical_rectangle_from(&shape->as.mesh.rectangle, reference, &seen)) return;
+    const ca_vec2 st = ca_spherical_rectangle_sample(&seen, (ca_vec2){u->x[i], u->y[i]});
+    u->x[i] = st.x;
+    u->y[i] = st.y;
+    choices->pdf_seen[i] = (float)(1.0 / seen.solid_angle);
+}
+
+/* ca_shape_sample_seen up to the corners between which the point lies. */
+static void choose_corners(const path_state *state, const ca_vertex_batch *v, ca_number_batch *u, uint32_t i,
+                           choice_batch *choices)
 {
     const ca_even_light *light = &state->scene->even_lights[choices->light[i]];
+    const ca_shape *shape = state->scene->lights[choices->light[i]].as.area.shape;
+    const ca_vec3 reference = ca_column3_at(&v->position, i);
     choices->rectangle[i] = light->is_plain ? UINT32_MAX : 0;
+    choices->pdf_seen[i] = 0.0f;
     if (light->is_plain) {
         set_corners(choices, i, light->corner, light->end_x, light->end_y);
+        if (ca_even_light_is_near(light, reference)) choose_seen(shape, reference, u, i, choices);
     } else {
-        const ca_shape *shape = state->scene->lights[choices->light[i]].as.area.shape;
-        float probability;
-        const uint32_t primitive =
-            ca_distribution_1d_sample(&shape->as.mesh.triangles, u->x[i], &probability, &u->x[i]);
-        const ca_triangle triangle = ca_triangle_load(shape->as.mesh.mesh, primitive);
-        set_corners(choices, i, triangle.p[0], triangle.p[1], triangle.p[2]);
+        choose_triangle(shape, u, i, choices);
     }
     choices->pdf_area[i] = light->pdf_area;
     choices->radiance.x[i] = light->radiance.r;
@@ -243,7 +264,8 @@ static ca_m8 look_at_even(const ca_batch *batch, const ca_number_batch *u, const
     const ca_f8 distance2 = ca_dot_v8(segment, segment), inverse = 1.0f / ca_sqrt8(distance2);
     const ca_f8 cos_light = -ca_dot_v8(segment, point.ng) * inverse;
     *to_light = ca_mul_v8(segment, inverse);
-    *pdf_direct = ca_load8(choices->pdf_area, i) * distance2 / cos_light;
+    const ca_f8 seen = ca_load8(choices->pdf_seen, i);
+    *pdf_direct = ca_select8(seen > 0.0f, seen, ca_load8(choices->pdf_area, i) * distance2 / cos_light);
     const ca_v8 target = ca_offset_origin8(point.position, point.error, point.ng, ca_neg_v8(segment));
     q->origin = ca_offset_origin8(reference, ca_load8(v->error, i), n, segment);
     q->direction = ca_sub_v8(target, q->origin);
@@ -382,7 +404,7 @@ void path_add_next_event(const path_state *state, ca_batch *batch, ca_worker *wo
     for (uint32_t i = 0; i < batch->count; i++) {
         if (!goes_in_lanes(state, &batch->vertices, i, &choices)) continue;
         choices.even[i] = UINT32_MAX;
-        choose_corners(state, u, i, &choices);
+        choose_corners(state, &batch->vertices, u, i, &choices);
     }
     sample_skies(state, batch, u, &choices);
     batch->visibility.count = 0;
