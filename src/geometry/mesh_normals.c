@@ -38,6 +38,25 @@ typedef struct step_triangles {
     double doubled_areas[STEP];
 } step_triangles;
 
+/* ---- Memory ---------------------------------------------------------------------------------------------------- */
+
+/* Where corners lie here and there, reading them takes most of the time: those of the step at `first` are asked for,
+ * while the one before is computed. `rows` holds a row of so many bytes a vertex. */
+static void fetch_step(const smoothing *s, size_t first, const void *rows, size_t row_bytes)
+{
+    enum { NEAR = 1 << 13 }; /* vertices that stay in the cache */
+    if (first >= s->count) return;
+    const uint32_t *indices = s->mesh->indices + 3 * (s->first + first);
+    const size_t corners = 3 * (s->count - first < STEP ? s->count - first : STEP);
+    uint32_t least = indices[0], most = indices[0];
+    for (size_t c = 1; c < corners; c++) {
+        least = indices[c] < least ? indices[c] : least;
+        most = indices[c] > most ? indices[c] : most;
+    }
+    if (most - least < NEAR) return;
+    for (size_t c = 0; c < corners; c++) __builtin_prefetch((const char *)rows + indices[c] * row_bytes);
+}
+
 /* ---- Triangles ------------------------------------------------------------------------------------------------- */
 
 static void load_corners(const ca_mesh *mesh, size_t first, size_t count, step_triangles *triangles)
@@ -98,7 +117,10 @@ static void do_triangles(void *user, uint32_t task, uint32_t worker)
     (void)worker;
     const smoothing *s = user;
     const size_t begin = (size_t)task * TASK, end = s->count - begin < TASK ? s->count : begin + TASK;
-    for (size_t start = begin; start < end; start += STEP) do_step(s, start);
+    for (size_t start = begin; start < end; start += STEP) {
+        fetch_step(s, start + STEP, s->mesh->positions, 3 * sizeof(float));
+        do_step(s, start);
+    }
 }
 
 /* ---- Vertices -------------------------------------------------------------------------------------------------- */
@@ -111,30 +133,19 @@ typedef struct owned_kinds {
 /* The multiplier is KINDS over the golden ratio: of any blocks in a row, kinds in a row are the same share. */
 static uint32_t kind_of(uint32_t vertex) { return (vertex >> BLOCK_BITS) * 159u % KINDS; }
 
-/* Corners of a step whose vertices are owned, without branches that nobody could predict. */
-static uint32_t find_owned(const uint32_t *indices, uint32_t corners, owned_kinds kinds, uint32_t *found)
-{
-    uint32_t count = 0;
-    for (uint32_t c = 0; c < corners; c++) {
-        found[count] = c;
-        count += kind_of(indices[c]) - kinds.first < kinds.count; /* those below the first are very large */
-    }
-    return count;
-}
-
 static void add_step(const smoothing *s, size_t start, owned_kinds kinds)
 {
-    uint32_t found[3 * STEP + 1];
     const step_normals *step = &s->steps[start / STEP];
     const uint32_t *indices = s->mesh->indices + 3 * (s->first + start);
-    const uint32_t triangles = s->count - start < STEP ? (uint32_t)(s->count - start) : STEP;
-    const uint32_t count = find_owned(indices, 3 * triangles, kinds, found);
-    for (uint32_t i = 0; i < count; i++) {
-        const uint32_t corner = found[i], t = corner / 3;
-        const double angle = (double)step->angles[corner % 3][t];
-        double *sum = s->sums + (size_t)3 * indices[corner];
-        for (size_t k = 0; k < 3; k++) sum[k] += step->normals[k][t] * angle;
-    }
+    const size_t triangles = s->count - start < STEP ? s->count - start : STEP;
+    for (size_t t = 0; t < triangles; t++)
+        for (size_t k = 0; k < 3; k++) {
+            const uint32_t vertex = indices[3 * t + k];
+            if (kind_of(vertex) - kinds.first >= kinds.count) continue; /* kinds below the first: very large */
+            const double angle = (double)step->angles[k][t];
+            double *sum = s->sums + (size_t)3 * vertex;
+            for (size_t i = 0; i < 3; i++) sum[i] += step->normals[i][t] * angle;
+        }
 }
 
 static void add_corners(void *user, uint32_t task, uint32_t worker)
@@ -143,7 +154,10 @@ static void add_corners(void *user, uint32_t task, uint32_t worker)
     const smoothing *s = user;
     const uint32_t first = task * KINDS / s->owners;
     const owned_kinds kinds = {first, (task + 1) * KINDS / s->owners - first};
-    for (size_t start = 0; start < s->count; start += STEP) add_step(s, start, kinds);
+    for (size_t start = 0; start < s->count; start += STEP) {
+        fetch_step(s, start + STEP, s->sums, 3 * sizeof(double));
+        add_step(s, start, kinds);
+    }
 }
 
 static void normalize_sums(void *user, ca_range range)
