@@ -4,8 +4,8 @@
   CAUSTICA=build/python/modules scripts/bench-arrays.py [RUNS]
 
 The mesh lies in a shapegroup without instances: all that a scene does with a mesh is done, but no tree is built for it.
-Prints a line for each kind of arrays: the least and the median milliseconds of RUNS, and of making the Mesh alone. The
-last lines are of a scene that does show the mesh, with and without `previous`: what of it is the tree's."""
+Prints a line for each kind of arrays: the least and the median milliseconds of RUNS, and the least of making the Mesh
+alone. The last line is of a scene that does show the mesh, tree and all: it tells how busy the machine was."""
 import os
 import statistics
 import sys

@@ -197,7 +197,8 @@ void *ca_mesh_copy_array(const void *values, size_t count)
 /* The array itself where it is shared, else a copy. */
 static void *share_array(const void *values, size_t count, bool shared)
 {
-    return shared ? (void *)(uintptr_t)values : ca_mesh_copy_array(values, count); /* nobody writes to what is shared */
+    if (shared) return (void *)(uintptr_t)values; /* nobody writes to what is shared */
+    return ca_mesh_copy_array(values, count);
 }
 
 ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error)
@@ -270,7 +271,10 @@ static void reverse_range(void *user, ca_range range)
     }
 }
 
-static void reverse_triangles(ca_mesh *mesh) { ca_parallel_ranges(mesh->triangle_count, reverse_range, mesh->indices); }
+static void reverse_triangles(ca_mesh *mesh)
+{
+    ca_parallel_ranges(mesh->triangle_count, reverse_range, mesh->indices);
+}
 
 typedef struct mapping {
     ca_mesh *mesh;
