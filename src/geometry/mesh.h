@@ -81,7 +81,8 @@ ca_status ca_mesh_lend(ca_mesh *mesh, unsigned lent, ca_error *error);
 ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error);
 
 /* A copy of `count` numbers of four bytes, with one of 0 behind them, on all processors; NULL where `values` is, or
- * when out of memory. Numbers are missing once loading is not wanted any more (base/loading.h), which is to be asked. */
+ * when out of memory. Numbers are missing once loading is not wanted any more (base/loading.h), which is to be asked.
+ */
 void *ca_mesh_copy_array(const void *values, size_t count);
 
 /* Adds a zeroed attribute; *values is borrowed from the mesh. */
