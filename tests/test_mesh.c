@@ -175,12 +175,12 @@ static void normals_by_threads(ca_mesh *mesh, uint32_t threads, float *normals)
 static void smooth_normals_do_not_see_the_threads(void **unused)
 {
     (void)unused;
-    static const uint32_t threads[] = {0, 2, 3, 7, 64};
+    static const uint32_t threads[] = {0, 2, 3, 7, 64, 150, 300};
     static float one[3 * MANY_VERTICES], other[3 * MANY_VERTICES];
     ca_mesh mesh;
     make_many(&mesh);
     normals_by_threads(&mesh, 1, one);
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < 7; ++i) {
         normals_by_threads(&mesh, threads[i], other);
         if (memcmp(one, other, sizeof one) != 0) fail_msg("other normals by %u threads than by one", threads[i]);
     }
@@ -247,6 +247,39 @@ static void smooth_normals_cost_little(void **unused)
 #ifdef NDEBUG
     assert_true(normals < angles);
 #endif
+    ca_mesh_destroy(&mesh);
+}
+
+/* Area and bounds of a mesh of several ranges are those of its triangles and vertices. */
+static void large_meshes_are_measured_as_a_whole(void **unused)
+{
+    (void)unused;
+    ca_mesh mesh;
+    make_many(&mesh);
+    float *last = mesh.positions + (size_t)3 * (MANY_VERTICES - 1);
+    last[0] = 7.0f, last[1] = -8.0f;
+    ca_mesh_measure(&mesh);
+    assert_near(mesh.area / total_area(&mesh), 1.0, 1e-12);
+    assert_true(mesh.high.x == 7.0f && mesh.low.y == -8.0f && mesh.low.x >= -0.5f && mesh.low.x < -0.49f);
+    ca_mesh_destroy(&mesh);
+}
+
+/* What is wrong far behind in a large mesh is found and named, and copies have all numbers. */
+static void large_meshes_are_checked_to_the_end(void **unused)
+{
+    (void)unused;
+    enum { LAST = 3 * MANY_TRIANGLES - 1 };
+    ca_mesh mesh;
+    ca_error error;
+    make_many(&mesh);
+    assert_int_equal(ca_mesh_validate(&mesh, "a.ply", &error), CA_OK);
+    uint32_t *copy = ca_mesh_copy_array(mesh.indices, LAST + 1);
+    assert_memory_equal(copy, mesh.indices, sizeof *copy * (LAST + 1));
+    assert_int_equal(copy[LAST + 1], 0);
+    ca_free(copy);
+    mesh.indices[LAST] = MANY_VERTICES;
+    assert_int_equal(ca_mesh_validate(&mesh, "a.ply", &error), CA_ERROR_FORMAT);
+    assert_string_equal(error.message, "a.ply: triangle 70000 uses vertex 3001, but there are only 3001");
     ca_mesh_destroy(&mesh);
 }
 
@@ -380,6 +413,8 @@ int main(void)
         cmocka_unit_test(smooth_normals_do_not_see_the_threads),
         cmocka_unit_test(smooth_normals_are_sums_over_corners),
         cmocka_unit_test(smooth_normals_cost_little),
+        cmocka_unit_test(large_meshes_are_measured_as_a_whole),
+        cmocka_unit_test(large_meshes_are_checked_to_the_end),
         cmocka_unit_test(small_rectangles_stay_rectangles),
         cmocka_unit_test(attributes_are_found_by_name),
         cmocka_unit_test(validation_names_what_is_wrong),

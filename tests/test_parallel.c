@@ -106,6 +106,37 @@ static void test_stop(void **state)
     assert_int_equal(ca_parallel_for(&alone, TASKS / 2 + 1, count, &t, &error), CA_ERROR_INTERRUPTED);
 }
 
+typedef struct range_tally {
+    size_t count;
+    atomic_uint elements, numbers[CA_RANGES];
+    atomic_bool wrong;
+} range_tally;
+
+static void count_range(void *user, ca_range range)
+{
+    range_tally *t = user;
+    const bool inside = range.number < CA_RANGES && range.begin < range.end && range.end <= t->count;
+    if (!inside || range.begin % 64 != 0 || (range.number == 0) != (range.begin == 0)) t->wrong = true;
+    if (!inside) return;
+    t->elements += (unsigned)(range.end - range.begin);
+    t->numbers[range.number]++;
+}
+
+/* Ranges cover all elements once, whatever their number; they are not too many. */
+static void test_ranges(void **state)
+{
+    (void)state;
+    static const size_t counts[] = {0, 1, 64, CA_RANGE_LEAST, CA_RANGE_LEAST + 1, 3 * CA_RANGE_LEAST - 1, 3000000,
+                                    CA_RANGE_LEAST * CA_RANGES, CA_RANGE_LEAST * CA_RANGES + 1, 100000007};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        range_tally t = {.count = counts[i]};
+        const uint32_t ranges = ca_parallel_ranges(counts[i], count_range, &t);
+        assert_true(ranges <= CA_RANGES && (ranges > 0) == (counts[i] > 0) && !t.wrong);
+        assert_int_equal(t.elements, counts[i]);
+        for (uint32_t k = 0; k < CA_RANGES; k++) assert_int_equal(t.numbers[k], k < ranges);
+    }
+}
+
 /* The child has none of its parent's threads. */
 static void test_after_a_fork(void **state)
 {
@@ -192,8 +223,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_each_task_once), cmocka_unit_test(test_loops_at_the_same_time),
-        cmocka_unit_test(test_stop),           cmocka_unit_test(test_after_a_fork),
-        cmocka_unit_test(test_quotas),         cmocka_unit_test(test_affinity),
+        cmocka_unit_test(test_stop),           cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_after_a_fork),   cmocka_unit_test(test_quotas),
+        cmocka_unit_test(test_affinity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/loading.h"
+#include "base/processors.h"
 #include "base/stop.h"
 
 #include <assert.h>
@@ -188,4 +189,37 @@ void ca_parallel_surely(uint32_t workers, uint32_t count, ca_parallel_task task,
     const ca_status status = ca_parallel_for(&parallel, count, task, user, NULL);
     assert(status != CA_ERROR_THREADS);
     (void)status;
+}
+
+/* ---- Ranges ---------------------------------------------------------------------------------------------------- */
+
+typedef struct range_loop {
+    ca_range_task task;
+    void *user;
+    size_t count, size;
+} range_loop;
+
+static void run_range(void *user, uint32_t number, uint32_t worker)
+{
+    (void)worker;
+    const range_loop *loop = user;
+    const size_t begin = number * loop->size, left = loop->count - begin;
+    loop->task(loop->user, (ca_range){begin, left < loop->size ? loop->count : begin + loop->size, number});
+}
+
+static size_t range_size(size_t count)
+{
+    const size_t size = (count + CA_RANGES - 1) / CA_RANGES;
+    return size < CA_RANGE_LEAST ? CA_RANGE_LEAST : (size + 63) / 64 * 64;
+}
+
+uint32_t ca_parallel_ranges(size_t count, ca_range_task task, void *user)
+{
+    range_loop loop = {task, user, count, range_size(count)};
+    const uint32_t ranges = (uint32_t)((count + loop.size - 1) / loop.size);
+    if (ranges == 1)
+        run_range(&loop, 0, 0);
+    else if (ranges > 1)
+        ca_parallel_surely(ca_processors(), ranges, run_range, &loop);
+    return ranges;
 }

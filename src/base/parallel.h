@@ -37,4 +37,19 @@ __attribute__((warn_unused_result)) ca_status ca_parallel_for(const ca_parallel 
  * missing once nobody wants the calling thread's work any more (base/loading.h), which is to be asked behind it. */
 void ca_parallel_surely(uint32_t workers, uint32_t count, ca_parallel_task task, void *user);
 
+/* Loops over the elements of long arrays: [0, count) in ranges of one size, the last of which may be shorter. Their
+ * size depends on the count only; there are at most CA_RANGES of them, so that each can have a result of its own. */
+enum { CA_RANGES = 256, CA_RANGE_LEAST = 1 << 14 /* elements; sizes are multiples of 64 */ };
+
+typedef struct ca_range {
+    size_t begin, end;
+    uint32_t number;
+} ca_range;
+
+typedef void (*ca_range_task)(void *user, ca_range range);
+
+/* On all processors, by ca_parallel_surely; where there is one range, it is the calling thread's in any case. Returns
+ * the number of ranges. */
+uint32_t ca_parallel_ranges(size_t count, ca_range_task task, void *user);
+
 #endif

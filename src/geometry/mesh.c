@@ -1,6 +1,8 @@
 #include "geometry/mesh.h"
 
+#include "base/loading.h"
 #include "base/memory.h"
+#include "base/parallel.h"
 
 #include <assert.h>
 #include <math.h>
@@ -171,16 +173,32 @@ static ca_status copy_attributes(const ca_mesh *from, ca_mesh *mesh, ca_error *e
     return CA_OK;
 }
 
-/* `count` numbers of four bytes with one of padding behind them; the array itself where it is shared; NULL where
- * there is none, or when out of memory. */
-static void *copy_array(const void *values, size_t count, bool shared)
+typedef struct array_copy {
+    uint32_t *to;
+    const uint32_t *from;
+} array_copy;
+
+static void copy_range(void *user, ca_range range)
 {
-    if (!values || shared) return (void *)(uintptr_t)values; /* nobody writes to what is shared */
-    unsigned char *copy = ca_alloc(count + 1, 4);
-    if (!copy) return NULL;
-    memcpy(copy, values, 4 * count);
-    memset(copy + 4 * count, 0, 4);
-    return copy;
+    const array_copy *copy = user;
+    memcpy(copy->to + range.begin, copy->from + range.begin, 4 * (range.end - range.begin));
+}
+
+void *ca_mesh_copy_array(const void *values, size_t count)
+{
+    uint32_t *to = values ? ca_alloc_large(count + 1, sizeof *to) : NULL;
+    if (!to) return NULL;
+    array_copy copy = {to, values};
+    ca_parallel_ranges(count, copy_range, &copy);
+    to[count] = 0;
+    return to;
+}
+
+/* The array itself where it is shared, else a copy. */
+static void *share_array(const void *values, size_t count, bool shared)
+{
+    if (shared) return (void *)(uintptr_t)values; /* nobody writes to what is shared */
+    return ca_mesh_copy_array(values, count);
 }
 
 ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error)
@@ -189,14 +207,15 @@ ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_e
     CA_TRY(ca_mesh_begin(mesh, vertices, triangles, error));
     shared &= from->owners->lent;
     ca_mesh_borrow(mesh, from->owners->lender, shared);
-    mesh->positions = copy_array(from->positions, 3 * vertices, shared & CA_MESH_POSITIONS);
-    mesh->indices = copy_array(from->indices, 3 * triangles, shared & CA_MESH_INDICES);
-    mesh->normals = copy_array(from->normals, 3 * vertices, false);
-    mesh->uvs = copy_array(from->uvs, 2 * vertices, shared & CA_MESH_UVS);
+    mesh->positions = share_array(from->positions, 3 * vertices, shared & CA_MESH_POSITIONS);
+    mesh->indices = share_array(from->indices, 3 * triangles, shared & CA_MESH_INDICES);
+    mesh->normals = share_array(from->normals, 3 * vertices, false);
+    mesh->uvs = share_array(from->uvs, 2 * vertices, shared & CA_MESH_UVS);
     mesh->content_hash = from->content_hash;
     const bool missing = !mesh->positions || !mesh->indices || (from->normals && !mesh->normals) ||
                          (from->uvs && !mesh->uvs);
-    const ca_status status = missing ? ca_fail_memory(error, "mesh") : copy_attributes(from, mesh, error);
+    ca_status status = missing ? ca_fail_memory(error, "mesh") : copy_attributes(from, mesh, error);
+    if (status == CA_OK) status = ca_loading_check(error);
     if (status != CA_OK) ca_mesh_destroy(mesh);
     return status;
 }
@@ -230,45 +249,74 @@ static ca_vec3 unit_or_zero(ca_vec3 v)
     return (ca_vec3){(float)(x / length), (float)(y / length), (float)(z / length)};
 }
 
-void ca_mesh_normalize_normals(ca_mesh *mesh)
+static void normalize_range(void *user, ca_range range)
 {
-    if (!mesh->normals) return;
-    for (size_t v = 0; v < mesh->vertex_count; ++v) {
-        float *normal = mesh->normals + 3 * v;
-        store3(normal, unit_or_zero(load3(normal)));
-    }
+    float *normals = user;
+    for (size_t v = range.begin; v < range.end; ++v) store3(normals + 3 * v, unit_or_zero(load3(normals + 3 * v)));
 }
 
-static void reverse_triangles(ca_mesh *mesh)
+void ca_mesh_normalize_normals(ca_mesh *mesh)
 {
-    for (size_t t = 0; t < mesh->triangle_count; ++t) {
-        uint32_t *corners = mesh->indices + 3 * t;
+    if (mesh->normals) ca_parallel_ranges(mesh->vertex_count, normalize_range, mesh->normals);
+}
+
+static void reverse_range(void *user, ca_range range)
+{
+    uint32_t *indices = user;
+    for (size_t t = range.begin; t < range.end; ++t) {
+        uint32_t *corners = indices + 3 * t;
         const uint32_t second = corners[1];
         corners[1] = corners[2];
         corners[2] = second;
     }
 }
 
+static void reverse_triangles(ca_mesh *mesh)
+{
+    ca_parallel_ranges(mesh->triangle_count, reverse_range, mesh->indices);
+}
+
+typedef struct mapping {
+    ca_mesh *mesh;
+    const ca_affine *map;
+} mapping;
+
+static void map_positions(void *user, ca_range range)
+{
+    const mapping *m = user;
+    for (size_t v = range.begin; v < range.end; ++v) {
+        float *position = m->mesh->positions + 3 * v;
+        store3(position, ca_map_point(m->map->to, load3(position)));
+    }
+}
+
+static void map_normals(void *user, ca_range range)
+{
+    const mapping *m = user;
+    for (size_t v = range.begin; v < range.end; ++v) {
+        float *normal = m->mesh->normals + 3 * v;
+        store3(normal, unit_or_zero(ca_map_normal(m->map->from, load3(normal))));
+    }
+}
+
 void ca_mesh_transform(ca_mesh *mesh, const ca_affine *map)
 {
-    const bool moves = !ca_affine_is_identity(map);
-    for (size_t v = 0; moves && v < mesh->vertex_count; ++v) {
-        float *position = mesh->positions + 3 * v;
-        store3(position, ca_map_point(map->to, load3(position)));
-    }
-    if (mesh->normals)
-        for (size_t v = 0; v < mesh->vertex_count; ++v) {
-            float *normal = mesh->normals + 3 * v;
-            store3(normal, unit_or_zero(ca_map_normal(map->from, load3(normal))));
-        }
+    mapping m = {mesh, map};
+    if (!ca_affine_is_identity(map)) ca_parallel_ranges(mesh->vertex_count, map_positions, &m);
+    if (mesh->normals) ca_parallel_ranges(mesh->vertex_count, map_normals, &m);
     if (ca_affine_mirrors(map)) reverse_triangles(mesh);
+}
+
+static void negate_range(void *user, ca_range range)
+{
+    float *normals = user;
+    for (size_t i = 3 * range.begin; i < 3 * range.end; ++i) normals[i] = -normals[i];
 }
 
 void ca_mesh_flip_normals(ca_mesh *mesh)
 {
     reverse_triangles(mesh);
-    if (!mesh->normals) return;
-    for (size_t i = 0; i < (size_t)3 * mesh->vertex_count; ++i) mesh->normals[i] = -mesh->normals[i];
+    if (mesh->normals) ca_parallel_ranges(mesh->vertex_count, negate_range, mesh->normals);
 }
 
 void ca_mesh_drop_normals(ca_mesh *mesh)
@@ -312,23 +360,41 @@ static double normal_rounding(double p[3][3], double edges[2][3], double length_
     return fmin(1e-6 + 4.0 * extent * 0x1p-24 * longest / length_of_normal, 1e-4);
 }
 
+static bool is_flat(const ca_mesh *mesh, size_t triangle)
+{
+    double p[3][3], edges[2][3], n[3], across[3];
+    load_triangle(mesh, triangle, p);
+    for (int i = 0; i < 2; i++) edge(p[0], p[i + 1], edges[i]);
+    cross(edges[0], edges[1], n);
+    const double length = sqrt(dot(n, n));
+    const double sine = length > 0.0 ? normal_rounding(p, edges, length) : 0.0;
+    for (int k = 0; k < 3; k++) {
+        const float *corner = mesh->normals + 3 * (size_t)mesh->indices[3 * triangle + (size_t)k];
+        const double m[3] = {(double)corner[0], (double)corner[1], (double)corner[2]};
+        cross(n, m, across);
+        if (!(dot(n, m) > 0.0 && sqrt(dot(across, across)) <= sine * length * sqrt(dot(m, m)))) return false;
+    }
+    return true;
+}
+
+typedef struct flatness {
+    const ca_mesh *mesh;
+    atomic_bool curved;
+} flatness;
+
+static void search_curved(void *user, ca_range range)
+{
+    flatness *f = user;
+    for (size_t t = range.begin; t < range.end && !atomic_load_explicit(&f->curved, memory_order_relaxed); t++)
+        if (!is_flat(f->mesh, t)) atomic_store(&f->curved, true);
+}
+
 bool ca_mesh_normals_are_flat(const ca_mesh *mesh)
 {
-    for (size_t t = 0; mesh->normals && t < mesh->triangle_count; t++) {
-        double p[3][3], edges[2][3], n[3], across[3];
-        load_triangle(mesh, t, p);
-        for (int i = 0; i < 2; i++) edge(p[0], p[i + 1], edges[i]);
-        cross(edges[0], edges[1], n);
-        const double length = sqrt(dot(n, n));
-        const double sine = length > 0.0 ? normal_rounding(p, edges, length) : 0.0;
-        for (int k = 0; k < 3; k++) {
-            const float *corner = mesh->normals + 3 * (size_t)mesh->indices[3 * t + (size_t)k];
-            const double m[3] = {(double)corner[0], (double)corner[1], (double)corner[2]};
-            cross(n, m, across);
-            if (!(dot(n, m) > 0.0 && sqrt(dot(across, across)) <= sine * length * sqrt(dot(m, m)))) return false;
-        }
-    }
-    return mesh->normals != NULL;
+    flatness f = {.mesh = mesh, .curved = false};
+    if (!mesh->normals) return false;
+    ca_parallel_ranges(mesh->triangle_count, search_curved, &f);
+    return !atomic_load(&f.curved);
 }
 
 double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle)
@@ -341,6 +407,47 @@ double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle)
     return 0.5 * sqrt(dot(n, n));
 }
 
+/* Results of ranges, which are joined in their order. */
+typedef struct measures {
+    const ca_mesh *mesh;
+    double areas[CA_RANGES];
+    ca_vec3 low[CA_RANGES], high[CA_RANGES];
+} measures;
+
+static void add_areas(void *user, ca_range range)
+{
+    measures *m = user;
+    double area = 0.0;
+    for (size_t t = range.begin; t < range.end; t++) area += ca_mesh_triangle_area(m->mesh, (uint32_t)t);
+    m->areas[range.number] = area;
+}
+
+static void find_bounds(void *user, ca_range range)
+{
+    measures *m = user;
+    ca_vec3 low = {INFINITY, INFINITY, INFINITY}, high = ca_neg(low);
+    for (size_t v = range.begin; v < range.end; v++) {
+        const ca_vec3 position = load3(m->mesh->positions + 3 * v);
+        low = ca_min_vec3(low, position);
+        high = ca_max_vec3(high, position);
+    }
+    m->low[range.number] = low, m->high[range.number] = high;
+}
+
+void ca_mesh_measure(ca_mesh *mesh)
+{
+    measures m = {.mesh = mesh};
+    const uint32_t area_count = ca_parallel_ranges(mesh->triangle_count, add_areas, &m);
+    const uint32_t bound_count = ca_parallel_ranges(mesh->vertex_count, find_bounds, &m);
+    mesh->area = 0.0;
+    for (uint32_t i = 0; i < area_count; i++) mesh->area += m.areas[i];
+    mesh->low = (ca_vec3){INFINITY, INFINITY, INFINITY}, mesh->high = ca_neg(mesh->low);
+    for (uint32_t i = 0; i < bound_count; i++) {
+        mesh->low = ca_min_vec3(mesh->low, m.low[i]);
+        mesh->high = ca_max_vec3(mesh->high, m.high[i]);
+    }
+}
+
 size_t ca_mesh_bytes(const ca_mesh *mesh)
 {
     size_t floats = (size_t)3 * mesh->vertex_count + 1;
@@ -350,12 +457,53 @@ size_t ca_mesh_bytes(const ca_mesh *mesh)
     return floats * sizeof(float) + (size_t)3 * mesh->triangle_count * sizeof(uint32_t);
 }
 
-/* Index of the first value that is not finite, or `count`. */
+/* Of four bytes each, of which none may be so large. */
+typedef struct value_check {
+    const void *values;
+    uint32_t limit, mask; /* of what is compared */
+    atomic_bool failed;
+} value_check;
+
+/* Without a way out, so that compilers vectorise it. */
+static void check_range(void *user, ca_range range)
+{
+    value_check *check = user;
+    const unsigned char *values = check->values;
+    const uint32_t mask = check->mask;
+    uint32_t largest = 0;
+    for (size_t i = range.begin; i < range.end; ++i) {
+        uint32_t bits;
+        memcpy(&bits, values + 4 * i, 4);
+        largest = largest > (bits & mask) ? largest : bits & mask;
+    }
+    if (largest >= check->limit) atomic_store(&check->failed, true);
+}
+
+static bool are_below(const void *values, size_t count, uint32_t mask, uint32_t limit)
+{
+    value_check check = {.values = values, .limit = limit, .mask = mask, .failed = false};
+    ca_parallel_ranges(count, check_range, &check);
+    return !atomic_load(&check.failed);
+}
+
+/* Index of the first value that is not finite, or `count`. Bits of floats but for the sign, as a number, rise with
+ * their size; infinity has these. */
 static size_t find_not_finite(const float *values, size_t count)
 {
+    if (are_below(values, count, UINT32_C(0x7fffffff), UINT32_C(0x7f800000))) return count;
     size_t i = 0;
     while (i < count && isfinite(values[i])) ++i;
     return i;
+}
+
+static ca_status check_indices(const ca_mesh *mesh, const ca_location *where, ca_error *error)
+{
+    const size_t count = (size_t)3 * mesh->triangle_count;
+    if (are_below(mesh->indices, count, UINT32_MAX, mesh->vertex_count)) return CA_OK;
+    size_t i = 0;
+    while (i + 1 < count && mesh->indices[i] < mesh->vertex_count) ++i;
+    return ca_fail(error, CA_ERROR_FORMAT, where, "triangle %zu uses vertex %u, but there are only %u", i / 3,
+                   mesh->indices[i], mesh->vertex_count);
 }
 
 static ca_status check_vertex_values(const ca_mesh *mesh, const float *values, size_t components, const char *what,
@@ -374,10 +522,7 @@ ca_status ca_mesh_validate(const ca_mesh *mesh, const char *path, ca_error *erro
     const ca_location where = {.file = path};
     if (mesh->triangle_count == 0 || mesh->vertex_count == 0)
         return ca_fail(error, CA_ERROR_FORMAT, &where, "the mesh has no faces");
-    for (size_t i = 0; i < (size_t)3 * mesh->triangle_count; ++i)
-        if (mesh->indices[i] >= mesh->vertex_count)
-            return ca_fail(error, CA_ERROR_FORMAT, &where, "triangle %zu uses vertex %u, but there are only %u",
-                           i / 3, mesh->indices[i], mesh->vertex_count);
+    CA_TRY(check_indices(mesh, &where, error));
     CA_TRY(check_vertex_values(mesh, mesh->positions, 3, "position", &where, error));
     CA_TRY(check_vertex_values(mesh, mesh->normals, 3, "normal", &where, error));
     CA_TRY(check_vertex_values(mesh, mesh->uvs, 2, "uv", &where, error));
@@ -389,7 +534,7 @@ ca_status ca_mesh_validate(const ca_mesh *mesh, const char *path, ca_error *erro
             return ca_fail(error, CA_ERROR_FORMAT, &where, "the attribute \"%s\" of %s %zu is not a finite number",
                            attribute->name, attribute->per_face ? "triangle" : "vertex", bad / attribute->components);
     }
-    return CA_OK;
+    return ca_loading_check(error);
 }
 
 /* A square of two triangles around `center` with the half sides u and v, along which uv run from 0 to 1. It faces

@@ -4,7 +4,10 @@
  * Attributes are further per-vertex or per-face values ("vertex_color", "face_color"), read by textures.
  * State: 12 bytes per triangle for indices, 12 per vertex for positions, 12 for normals, 8 for uvs; about half as
  * many vertices as triangles in a closed mesh. Owner: whoever created it or was given a share; Embree borrows
- * positions and indices. Arrays may also be a program's (ca_mesh_lender), which keeps them as they are. */
+ * positions and indices. Arrays may also be a program's (ca_mesh_lender), which keeps them as they are.
+ *
+ * What goes through all vertices or triangles of a large mesh does so on all processors; no bit depends on how many
+ * there are. */
 #ifndef CA_GEOMETRY_MESH_H
 #define CA_GEOMETRY_MESH_H
 
@@ -77,6 +80,11 @@ ca_status ca_mesh_lend(ca_mesh *mesh, unsigned lent, ca_error *error);
 /* A new mesh of the same values. Arrays in `shared` that `from` borrows are borrowed again, the others are copied. */
 ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error);
 
+/* A copy of `count` numbers of four bytes, with one of 0 behind them, on all processors; NULL where `values` is, or
+ * when out of memory. Numbers are missing once loading is not wanted any more (base/loading.h), which is to be asked.
+ */
+void *ca_mesh_copy_array(const void *values, size_t count);
+
 /* Adds a zeroed attribute; *values is borrowed from the mesh. */
 ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t components, bool per_face, float **values,
                                 ca_error *error);
@@ -103,9 +111,12 @@ bool ca_mesh_normals_are_flat(const ca_mesh *mesh);
 ca_status ca_mesh_compute_normals(ca_mesh *mesh, uint32_t threads, ca_error *error);
 
 double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle);
+/* Sets the area and the bounds. Incomplete once loading is not wanted any more. */
+void ca_mesh_measure(ca_mesh *mesh);
 size_t ca_mesh_bytes(const ca_mesh *mesh);
 
-/* Checks what every other part relies on: indices in range, all numbers finite. `path` names the file in errors. */
+/* Checks what every other part relies on: indices in range, all numbers finite. `path` names the file in errors.
+ * CA_ERROR_INTERRUPTED: loading is not wanted any more, and not all was checked. */
 ca_status ca_mesh_validate(const ca_mesh *mesh, const char *path, ca_error *error);
 
 /* Mitsuba's unit shapes: the square [-1, 1]^2 in z = 0 facing +z with uv over [0, 1]^2, and the cube [-1, 1]^3 with

@@ -2,6 +2,7 @@
 #include "import/importer.h"
 
 #include "base/hash.h"
+#include "base/loading.h"
 #include "base/memory.h"
 #include "import/reuse.h"
 #include "base/text.h"
@@ -129,11 +130,7 @@ static unsigned lendable(const ca_mesh_data *data, const ca_mesh_use *use)
 static void *take(const void *values, size_t count, bool lent)
 {
     if (!values || lent) return (void *)(uintptr_t)values; /* nobody writes to what is lent */
-    unsigned char *copy = ca_alloc(4 * count + 4, 1);
-    if (!copy) return NULL;
-    memcpy(copy, values, 4 * count);
-    memset(copy + 4 * count, 0, 4);
-    return copy;
+    return ca_mesh_copy_array(values, count);
 }
 
 static ca_status take_arrays(const ca_mesh_data *data, ca_mesh *mesh, unsigned lent, ca_error *error)
@@ -144,7 +141,7 @@ static ca_status take_arrays(const ca_mesh_data *data, ca_mesh *mesh, unsigned l
     mesh->normals = take(data->normals, 3 * vertices, false);
     mesh->uvs = take(data->uvs, 2 * vertices, lent & CA_MESH_UVS);
     const bool missing = (data->normals && !mesh->normals) || (data->uvs && !mesh->uvs);
-    return mesh->positions && mesh->indices && !missing ? CA_OK : ca_fail_memory(error, "mesh");
+    return mesh->positions && mesh->indices && !missing ? ca_loading_check(error) : ca_fail_memory(error, "mesh");
 }
 
 ca_status ca_import_check_mesh(const ca_mesh_data *data, ca_error *error)

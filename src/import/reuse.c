@@ -2,6 +2,7 @@
 #include "import/reuse.h"
 
 #include "base/hash.h"
+#include "base/parallel.h"
 #include "scene/scene.h"
 
 #include <string.h>
@@ -21,10 +22,26 @@ uint64_t ca_reuse_file(const char *path)
     return ca_hash_bytes(hash, path, strlen(path)) | 1;
 }
 
+typedef struct range_hashes {
+    const unsigned char *bytes;
+    uint64_t hashes[CA_RANGES];
+} range_hashes;
+
+static void hash_range(void *user, ca_range range)
+{
+    range_hashes *h = user;
+    h->hashes[range.number] =
+        ca_hash_array(CA_HASH_START, h->bytes + 4 * range.begin, 4 * (range.end - range.begin));
+}
+
 /* Lets the hash know how many there are. */
 static uint64_t add_array(uint64_t hash, const void *values, size_t count)
 {
-    return ca_hash_array(ca_hash_add(hash, values ? count : 0), values, values ? 4 * count : 0);
+    range_hashes h = {.bytes = values};
+    hash = ca_hash_add(hash, values ? count : 0);
+    const uint32_t ranges = values ? ca_parallel_ranges(count, hash_range, &h) : 0;
+    for (uint32_t i = 0; i < ranges; i++) hash = ca_hash_add(hash, h.hashes[i]);
+    return hash;
 }
 
 uint64_t ca_reuse_arrays(const ca_mesh_data *data)

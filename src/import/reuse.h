@@ -10,7 +10,8 @@
 
 /* 0: it cannot be told. */
 uint64_t ca_reuse_file(const char *path);
-/* Of positions, normals, uvs and indices. */
+/* Of positions, normals, uvs and indices; of a part of them once loading is not wanted any more, which is to be
+ * asked. */
 uint64_t ca_reuse_arrays(const ca_mesh_data *data);
 
 /* A share of what the previous version made of the same; false where it has no such thing. `made_of` is not 0. The

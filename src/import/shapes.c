@@ -121,11 +121,12 @@ static void add_mesh_data(ca_props *props, ca_shape_desc *shape, const ca_mesh_d
     ca_mesh mesh = {0};
     ca_error reason;
     const uint64_t content = ca_reuse_arrays(data);
+    ca_status status = ca_loading_check(&reason);
     ca_mesh_key key = ca_mesh_key_of(content, FORMAT_ARRAYS, use);
     key.lasts = true;
     ca_memory_budget_read(0, 12 * (data->vertex_count + data->triangle_count));
-    if (has_mesh(props, shape, &key)) return;
-    const ca_status status = ca_import_mesh_data(props->importer, data, use, &mesh, &reason);
+    if (status == CA_OK && has_mesh(props, shape, &key)) return;
+    if (status == CA_OK) status = ca_import_mesh_data(props->importer, data, use, &mesh, &reason);
     mesh.content_hash = content;
     add_read_mesh(props, shape, use, &key, &mesh, status, &reason);
 }

@@ -115,11 +115,10 @@ static ca_status place_mesh(ca_mesh *mesh, const ca_shape_desc *desc, ca_error *
     CA_TRY(ca_loading_check(error));
     CA_TRY(ca_mesh_validate(mesh, desc->where.file, error));
     if (ca_mesh_normals_are_flat(mesh)) ca_mesh_drop_normals(mesh); /* those of the faces serve as well */
-    const ca_shape shape = {.kind = CA_SHAPE_MESH, .as.mesh.mesh = mesh};
     ca_loading_tell(0.7);
     CA_TRY(ca_loading_check(error));
-    ca_shape_bounds(&shape, &mesh->low, &mesh->high);
-    for (uint32_t i = 0; i < mesh->triangle_count; i++) mesh->area += ca_mesh_triangle_area(mesh, i);
+    ca_mesh_measure(mesh);
+    CA_TRY(ca_loading_check(error));
     mesh->placed = true; /* the bounds are read from now on */
     return CA_OK;
 }
