@@ -160,6 +160,7 @@ static void note_foreign(ca_scene_writer *w, const ca_xml_node *node)
     static const char *const unknown[][2] = {{"sensor", "realistic"}, {"bsdf", "roughdiffuse"}, {"bsdf", "phong"},
                                              {"bsdf", "mixturebsdf"}, {"texture", "scale"}, {"texture", "mix"},
                                              {"texture", "power"}, {"texture", "clamp"}, {"texture", "mapped"},
+                                             {"texture", "facing"},
                                              {"shape", "heightfield"}};
     bool foreign = is(node->tag, "integrator") || is(node->tag, "sampler");
     for (size_t i = 0; i < CA_COUNT(known); i++)
