@@ -192,7 +192,17 @@ static void test_panel_rays(void **state)
             assert_true(fabsf(ray.pdf_position.v * ray.pdf_direction.v / density - 1.0f) < 1e-4f);
         }
     }
+    /* A higher film shows more above and below. */
+    const ca_camera higher = make_panels(cameras, 36, 12);
+    const ca_camera_ray above = ca_camera_sample_ray(&higher, (ca_vec2){29.0f, 0.5f}, (ca_vec2){0.5f, 0.5f});
+    const ca_camera_ray expected = ca_camera_sample_ray(&cameras[2], (ca_vec2){5.0f, -1.5f}, (ca_vec2){0.5f, 0.5f});
+    assert_true(ca_length(ca_sub(above.direction, expected.direction)) < 1e-6f);
+    ca_camera_direct direct;
+    const ca_vec3 point = ca_madd(above.origin, 5.0f, above.direction);
+    assert_true(ca_camera_sample_direct(&higher, point, (ca_vec2){0.9f, 0.5f}, 0.0f, &direct));
+    assert_true(fabsf(direct.film_position.x - 29.0f) < 1e-3f && fabsf(direct.film_position.y - 0.5f) < 1e-3f);
     const ca_camera camera = make_panels(cameras, 36, 8);
+    assert_false(ca_camera_sample_direct(&camera, point, (ca_vec2){0.9f, 0.5f}, 0.0f, &direct));
     const ca_vec2 u = {0.5f, 0.5f}, left = {-1.0f, 4.0f}, right = {37.0f, 4.0f};
     assert_ptr_equal(ca_camera_sample_ray(&camera, left, u).camera, &cameras[0]);
     assert_ptr_equal(ca_camera_sample_ray(&camera, right, u).camera, &cameras[PANELS - 1]);

@@ -57,7 +57,7 @@ static void check_rules(const ca_mis_rules *rules, const ca_render_plan *plan, d
 {
     const ca_integrator_input *input = &plan->input;
     assert_int_equal(rules->power, ca_integrator_value(plan->type, input, "heuristic", 0.0) != 0.0);
-    assert_near((double)rules->splat_count, (double)LIGHT_PATHS / CAMERA_PATHS);
+    assert_near((double)rules->splat_count, (double)LIGHT_PATHS / CAMERA_PATHS / ca_camera_count(input->camera));
     if (rules->merge == CA_MERGE_NONE) return;
     assert_near((double)rules->merge_area, CA_PI_D * radius * radius);
     assert_near((double)rules->reuse.merge_area, CA_PI_D * radius * radius);

@@ -266,12 +266,13 @@ static const twin new_materials[] = {
          "<scale x='3' y='-2'/><translate x='-1.5' y='2.5'/></transform><rgb name='color0' value='.9 .1 .1'/>"
          "<rgb name='color1' value='.1 .1 .9'/></texture></bsdf></bsdf></shape>",
          1e-5),
-    NEW("imagemap, black around it", /* the picture in the middle of one that is twice as wide and high */
-        PBRT_PICTURE "\"string wrap\" \"black\" \"float uscale\" 2 \"float vscale\" 2 \"float udelta\" -.5\n"
-                     "\"float vdelta\" -.5\n" PBRT_TEXTURED,
-        BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='scale' name='reflectance'>"
-             "<float name='scale' value='0.4'/><texture type='bitmap'><string name='filename' value='framed.pfm'/>"
-             "<string name='wrap_mode' value='clamp'/></texture></texture></bsdf></bsdf>")),
+    NEAR("imagemap, black around it", /* the picture in the middle of one that is twice as wide and high */
+         PBRT_PICTURE "\"string wrap\" \"black\" \"float uscale\" 2 \"float vscale\" 2 \"float udelta\" -.5\n"
+                      "\"float vdelta\" -.5\n" PBRT_TEXTURED,
+         BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='scale' name='reflectance'>"
+              "<float name='scale' value='0.4'/><texture type='bitmap'><string name='filename' value='framed.pfm'/>"
+              "<string name='wrap_mode' value='clamp'/></texture></texture></bsdf></bsdf>"),
+         1e-6),
     NEW("directionmix", /* the first texture where the surface faces the direction */
         "Texture \"t\" \"spectrum\" \"directionmix\" \"rgb tex1\" [.9 .1 .1] \"rgb tex2\" [.1 .1 .9]\n"
         "\"vector3 dir\" [0 0 2]\n" PBRT_TEXTURED,

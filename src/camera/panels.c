@@ -1,11 +1,13 @@
 #include "camera/panels.h"
 
+#include "math/numeric.h"
+
 void ca_panels_prepare(ca_camera *camera)
 {
     ca_camera_panels *panels = &camera->as.panels;
     const ca_camera *first = &panels->cameras[0];
     panels->scale_x = (float)((double)first->width * panels->count / camera->width);
-    panels->scale_y = (float)((double)first->height / camera->height);
+    panels->scale_y = panels->scale_x;
 }
 
 /* A pixel of the film is so many pixels of a panel: densities that are per pixel become those of the film's. */
@@ -19,6 +21,13 @@ static void rescale(const ca_camera_panels *panels, const ca_camera *camera, ca_
         pdf_direction->v /= pixels;
 }
 
+/* The y of a panel's film at the upper border of the whole film, whose middle is that of the panel's. */
+static float top_of(const ca_camera *camera)
+{
+    const ca_camera_panels *panels = &camera->as.panels;
+    return 0.5f * ((float)panels->cameras[0].height - (float)camera->height * panels->scale_y);
+}
+
 /* Film positions beyond the left and the right border belong to the outer panels. */
 static uint32_t panel_at(const ca_camera_panels *panels, float x)
 {
@@ -30,7 +39,7 @@ static uint32_t panel_at(const ca_camera_panels *panels, float x)
 ca_camera_ray ca_panels_ray(const ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens)
 {
     const ca_camera_panels *panels = &camera->as.panels;
-    const float x = film_position.x * panels->scale_x, y = film_position.y * panels->scale_y;
+    const float x = film_position.x * panels->scale_x, y = top_of(camera) + film_position.y * panels->scale_y;
     const uint32_t index = panel_at(panels, x);
     const ca_camera *panel = &panels->cameras[index];
     const ca_vec2 on_panel = {x - (float)index * (float)panel->width, y};
@@ -39,11 +48,15 @@ ca_camera_ray ca_panels_ray(const ca_camera *camera, ca_vec2 film_position, ca_v
     return ray;
 }
 
-/* Does what the panel sees at x lie on it, or beyond it where no other one is? */
-static bool on_panel(const ca_camera_panels *panels, uint32_t index, float x)
+/* Does what the panel sees at x and y lie on its part of the film, or beyond where no other one is? */
+static bool on_panel(const ca_camera *camera, uint32_t index, ca_vec2 film, float margin)
 {
-    return (index == 0 || x >= 0.0f) &&
-           (index + 1 == panels->count || x < (float)panels->cameras[index].width);
+    const ca_camera_panels *panels = &camera->as.panels;
+    const float width = (float)panels->cameras[0].width, top = top_of(camera);
+    const float bottom = top + (float)camera->height * panels->scale_y;
+    const bool last = index + 1 == panels->count;
+    return film.x >= (index == 0 ? -margin : 0.0f) && (last ? film.x <= width + margin : film.x < width) &&
+           film.y >= top - margin && film.y <= bottom + margin;
 }
 
 bool ca_panels_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2 u_lens, float margin,
@@ -54,12 +67,12 @@ bool ca_panels_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2 u_lens
     const uint32_t chosen = (uint32_t)choice, index = chosen < panels->count ? chosen : panels->count - 1;
     const ca_camera *panel = &panels->cameras[index];
     const ca_vec2 u_panel = {choice - (float)index, u_lens.y};
-    const float most = margin * (panels->scale_x > panels->scale_y ? panels->scale_x : panels->scale_y);
-    if (!ca_camera_sample_direct(panel, reference, u_panel, most, direct)) return false;
-    if (!on_panel(panels, index, direct->film_position.x)) return false;
-    direct->film_position.x =
-        (direct->film_position.x + (float)index * (float)panel->width) / panels->scale_x;
-    direct->film_position.y /= panels->scale_y;
+    const float around = margin * panels->scale_x, taller = ca_max(-top_of(camera), 0.0f);
+    if (!ca_camera_sample_direct(panel, reference, u_panel, around + taller, direct)) return false;
+    if (!on_panel(camera, index, direct->film_position, around)) return false;
+    const ca_vec2 film = {direct->film_position.x + (float)index * (float)panel->width,
+                          direct->film_position.y - top_of(camera)};
+    direct->film_position = (ca_vec2){film.x / panels->scale_x, film.y / panels->scale_y};
     direct->importance /= panels->scale_x * panels->scale_y;
     direct->pdf_direct.v /= count;
     rescale(panels, panel, &direct->pdf_position, &direct->pdf_direction);

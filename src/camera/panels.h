@@ -1,7 +1,8 @@
 /* Several cameras whose pictures lie side by side on one film, as those of Mitsuba's batch: all as wide as the film's
  * part for each. A ray belongs to the camera of its film position; a splat joins with one of them, all being equally
  * likely, so that its pdf_direct is the camera's own divided by their number. On a film of another size than the
- * cameras were prepared for pictures are stretched. Densities are then those of a pixel of that film. */
+ * cameras were prepared for each sees as much from side to side, and more or less above and below. Densities are then
+ * those of a pixel of that film. */
 #ifndef CA_CAMERA_PANELS_H
 #define CA_CAMERA_PANELS_H
 

@@ -19,18 +19,6 @@ static uint32_t scale_edge(uint32_t edge, uint32_t from, uint32_t to)
     return (uint32_t)(((uint64_t)edge * to + from / 2) / from);
 }
 
-/* Cameras side by side are prepared for one film: another one shows the same, larger or smaller. */
-static ca_status check_proportions(const ca_scene *scene, uint32_t width, uint32_t height, ca_error *error)
-{
-    const ca_film_desc *film = &scene->desc.film;
-    const double expected = (double)film->height * width / film->width;
-    const double row = (double)film->height / film->width; /* that rounding the width may be off by */
-    if (scene->desc.camera.camera.kind != CA_CAMERA_PANELS || fabs(height - expected) <= 1.0 + row) return CA_OK;
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "a film for several sensors keeps its proportions, %u : %u, and %u x %u pixels have others",
-                   film->width, film->height, width, height);
-}
-
 static ca_status plan_film(ca_render_plan *plan, uint32_t *width, uint32_t *height, ca_error *error)
 {
     const ca_film_desc *film = &plan->scene->desc.film;
@@ -40,7 +28,6 @@ static ca_status plan_film(ca_render_plan *plan, uint32_t *width, uint32_t *heig
     if (*width > CA_IMAGE_MAX_SIDE || *height > CA_IMAGE_MAX_SIDE)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a film of %u x %u pixels is over the limit of %d a side",
                        *width, *height, CA_IMAGE_MAX_SIDE);
-    CA_TRY(check_proportions(plan->scene, *width, *height, error));
     if (settings->has_crop) {
         memcpy(plan->crop, settings->crop, sizeof plan->crop);
     } else {
