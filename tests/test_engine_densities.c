@@ -277,7 +277,7 @@ static const char lamps_scene[] =
     "<sensor type='" type "'>" inside LOOK(origin, "0,0.5,0") "</sensor>"
 #define SIDE_BY_SIDE(other)                                                                                          \
     "<scene version='3.0.0'><sensor type='batch'>"                                                                   \
-        SIDE("perspective", "2.5,2.2,3", "<float name='fov' value='50'/>") other                                       \
+        SIDE("perspective", "2.5,2.2,3", "<float name='fov' value='50'/>") other \
         "<film type='hdrfilm'><integer name='width' value='10'/><integer name='height' value='8'/></film>" \
     "</sensor>" BALL("-0.6,0.5,0.4", "0.5", GLASS) BALL("0.7,0.4,-0.5", "0.4", MIRROR)                               \
         FLAT("<scale value='2'/>" LEVEL, MATT) FLAT("<scale value='2'/><translate y='1' z='-1.9'/>", MATT) \

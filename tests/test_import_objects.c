@@ -281,8 +281,8 @@ static void sensors_side_by_side(void **state)
     (void)state;
     import_with_sensor(
         "<sensor type=\"batch\"><sensor type=\"perspective\"><float name=\"fov\" value=\"90\"/>"
-        "<string name=\"fov_axis\" value=\"y\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"7\"/></film>"
-        "<sampler type=\"sobol\"/></sensor><film type=\"hdrfilm\"><integer name=\"width\" value=\"40\"/>"
+        "<string name=\"fov_axis\" value=\"y\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"7\"/>"
+        "<rfilter type=\"box\"/></film><sampler type=\"sobol\"/></sensor><film type=\"hdrfilm\"><integer name=\"width\" value=\"40\"/>"
         "<integer name=\"height\" value=\"10\"/></film><sensor type=\"orthographic\"><transform name=\"to_world\">"
         "<translate x=\"5\"/></transform></sensor></sensor>");
     const ca_camera *camera = &desc.camera.camera;
@@ -290,6 +290,7 @@ static void sensors_side_by_side(void **state)
     assert_int_equal(camera->as.panels.count, 2);
     assert_int_equal(camera->width, 40);
     assert_int_equal(desc.film.width, 40);
+    assert_int_equal(desc.film.filter.kind, CA_RFILTER_GAUSSIAN);
     assert_int_equal(desc.sampler.kind, CA_SAMPLER_INDEPENDENT);
     const ca_camera *panels = camera->as.panels.cameras;
     assert_int_equal(panels[0].kind, CA_CAMERA_PERSPECTIVE);
