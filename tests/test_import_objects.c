@@ -282,7 +282,8 @@ static void sensors_side_by_side(void **state)
     import_with_sensor(
         "<sensor type=\"batch\"><sensor type=\"perspective\"><float name=\"fov\" value=\"90\"/>"
         "<string name=\"fov_axis\" value=\"y\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"7\"/>"
-        "<rfilter type=\"box\"/></film><sampler type=\"sobol\"/></sensor><film type=\"hdrfilm\"><integer name=\"width\" value=\"40\"/>"
+        "<rfilter type=\"box\"/></film><sampler type=\"sobol\"/></sensor>"
+        "<film type=\"hdrfilm\"><integer name=\"width\" value=\"40\"/>"
         "<integer name=\"height\" value=\"10\"/></film><sensor type=\"orthographic\"><transform name=\"to_world\">"
         "<translate x=\"5\"/></transform></sensor></sensor>");
     const ca_camera *camera = &desc.camera.camera;
