@@ -151,6 +151,101 @@ static void test_round_trip(void **state)
     }
 }
 
+/* ---- Side by side ---------------------------------------------------------------------------------------------- */
+
+enum { PANELS = 3 };
+static const int of_panel[PANELS] = {LENS, ORTHOGRAPHIC, SHIFTED};
+
+static ca_camera make_panels(ca_camera cameras[PANELS], uint32_t width, uint32_t height)
+{
+    for (int i = 0; i < PANELS; i++) cameras[i] = make(of_panel[i]);
+    ca_camera camera = {.kind = CA_CAMERA_PANELS,
+                        .width = width,
+                        .height = height,
+                        .as.panels = {.cameras = cameras, .count = PANELS}};
+    ca_camera_prepare(&camera);
+    return camera;
+}
+
+/* A part of the film is that camera's; densities are per pixel of the film, which may be twice as wide and high. */
+static void test_panel_rays(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(11);
+    ca_camera cameras[PANELS];
+    for (uint32_t size = 1; size <= 2; size++) {
+        const ca_camera camera = make_panels(cameras, 36 * size, 8 * size);
+        const float pixels = (float)(size * size);
+        assert_true(ca_camera_has_lens(&camera) && !ca_camera_has_lanes(&camera));
+        assert_int_equal(ca_camera_count(&camera), PANELS);
+        for (int i = 0; i < 3000; i++) {
+            const ca_vec2 unit = random2(&random), u = random2(&random);
+            const int panel = i % PANELS;
+            const ca_vec2 own = {12.0f * unit.x, 8.0f * unit.y};
+            const ca_vec2 film = {(float)size * (own.x + 12.0f * (float)panel), (float)size * own.y};
+            const ca_camera_ray ray = ca_camera_sample_ray(&camera, film, u);
+            if (ray.camera != &cameras[panel]) continue; /* rounding, at the border */
+            const ca_camera_ray expected = ca_camera_sample_ray(&cameras[panel], own, u);
+            assert_true(ca_length(ca_sub(ray.origin, expected.origin)) < 1e-4f);
+            assert_true(ca_length(ca_sub(ray.direction, expected.direction)) < 1e-5f);
+            const float density = expected.pdf_position.v * expected.pdf_direction.v * pixels;
+            assert_true(fabsf(ray.pdf_position.v * ray.pdf_direction.v / density - 1.0f) < 1e-4f);
+        }
+    }
+    /* A higher film shows more above and below. */
+    const ca_camera higher = make_panels(cameras, 36, 12);
+    const ca_camera_ray above = ca_camera_sample_ray(&higher, (ca_vec2){29.0f, 0.5f}, (ca_vec2){0.5f, 0.5f});
+    const ca_camera_ray expected = ca_camera_sample_ray(&cameras[2], (ca_vec2){5.0f, -1.5f}, (ca_vec2){0.5f, 0.5f});
+    assert_true(ca_length(ca_sub(above.direction, expected.direction)) < 1e-6f);
+    ca_camera_direct direct;
+    const ca_vec3 point = ca_madd(above.origin, 5.0f, above.direction);
+    assert_true(ca_camera_sample_direct(&higher, point, (ca_vec2){0.9f, 0.5f}, 0.0f, &direct));
+    assert_true(fabsf(direct.film_position.x - 29.0f) < 1e-3f && fabsf(direct.film_position.y - 0.5f) < 1e-3f);
+    const ca_camera camera = make_panels(cameras, 36, 8);
+    assert_false(ca_camera_sample_direct(&camera, point, (ca_vec2){0.9f, 0.5f}, 0.0f, &direct));
+    const ca_vec2 u = {0.5f, 0.5f}, left = {-1.0f, 4.0f}, right = {37.0f, 4.0f};
+    assert_ptr_equal(ca_camera_sample_ray(&camera, left, u).camera, &cameras[0]);
+    assert_ptr_equal(ca_camera_sample_ray(&camera, right, u).camera, &cameras[PANELS - 1]);
+}
+
+/* The number for the lens chooses among the cameras; what one sees beyond its part belongs to its neighbour. */
+static void test_panel_splats(void **state)
+{
+    (void)state;
+    ca_test_random random = ca_test_random_seed(12);
+    ca_camera cameras[PANELS];
+    for (uint32_t size = 1; size <= 2; size++) {
+        const ca_camera camera = make_panels(cameras, 36 * size, 8 * size);
+        uint32_t seen[PANELS] = {0}, beyond = 0;
+        for (int i = 0; i < 20000; i++) {
+            const uint32_t panel = (uint32_t)i % PANELS;
+            const ca_vec2 unit = random2(&random), u = random2(&random);
+            const ca_vec2 own = {16.0f * unit.x - 2.0f, 8.0f * unit.y};
+            const ca_vec2 u_all = {(u.x + (float)panel) / (float)PANELS, u.y};
+            const ca_camera_ray ray = ca_camera_sample_ray(&cameras[panel], own, u);
+            const ca_vec3 point = ca_madd(ray.origin, 5.0f, ray.direction);
+            ca_camera_direct direct, expected;
+            const bool inside = own.x > 0.01f && own.x < 11.99f, outer = own.x < 6.0f ? panel == 0 : panel == 2;
+            if (!inside && own.x > -0.01f && own.x < 12.01f) continue;
+            const bool got = ca_camera_sample_direct(&camera, point, u_all, 3.0f * (float)size, &direct);
+            assert_int_equal(got, inside || outer);
+            beyond += !inside && outer;
+            if (!got) continue;
+            seen[panel]++;
+            assert_true(ca_camera_sample_direct(&cameras[panel], point, u, 3.0f, &expected));
+            assert_ptr_equal(direct.camera, &cameras[panel]);
+            assert_true(fabsf(direct.film_position.x - (float)size * (own.x + 12.0f * (float)panel)) < 2e-3f);
+            assert_true(fabsf(direct.film_position.y - (float)size * own.y) < 2e-3f);
+            const float f = expected.importance / expected.pdf_direct.v * (float)(PANELS * size * size);
+            assert_true(fabsf(direct.importance / direct.pdf_direct.v / f - 1.0f) < 1e-3f);
+            assert_true(fabsf(direct.pdf_position.v * direct.pdf_direction.v /
+                                  (expected.pdf_position.v * expected.pdf_direction.v * (float)(size * size)) -
+                              1.0f) < 1e-3f);
+        }
+        assert_true(seen[0] > 4000 && seen[1] > 4000 && seen[2] > 4000 && beyond > 1000);
+    }
+}
+
 /* Far from the world's origin only the digits of the point itself are lost, not those of the mapping. */
 static void test_round_trip_far_away(void **state)
 {
@@ -387,6 +482,8 @@ int main(void)
         cmocka_unit_test(test_orientation),
         cmocka_unit_test(test_field_of_view),
         cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_panel_rays),
+        cmocka_unit_test(test_panel_splats),
         cmocka_unit_test(test_round_trip_far_away),
         cmocka_unit_test(test_limits),
         cmocka_unit_test(test_lanes),

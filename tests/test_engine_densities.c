@@ -57,7 +57,7 @@ static void check_rules(const ca_mis_rules *rules, const ca_render_plan *plan, d
 {
     const ca_integrator_input *input = &plan->input;
     assert_int_equal(rules->power, ca_integrator_value(plan->type, input, "heuristic", 0.0) != 0.0);
-    assert_near((double)rules->splat_count, (double)LIGHT_PATHS / CAMERA_PATHS);
+    assert_near((double)rules->splat_count, (double)LIGHT_PATHS / CAMERA_PATHS / ca_camera_count(input->camera));
     if (rules->merge == CA_MERGE_NONE) return;
     assert_near((double)rules->merge_area, CA_PI_D * radius * radius);
     assert_near((double)rules->reuse.merge_area, CA_PI_D * radius * radius);
@@ -272,6 +272,21 @@ static const char lamps_scene[] =
             FLAT("<scale value='0.5'/><rotate y='1' angle='240'/><translate x='-0.2' y='1.6'/>", MATT GLOW)
     "</scene>";
 
+/* A pinhole, and a lens or parallel rays, side by side and far apart. */
+#define SIDE(type, origin, inside)                                                                                   \
+    "<sensor type='" type "'>" inside LOOK(origin, "0,0.5,0") "</sensor>"
+#define SIDE_BY_SIDE(other)                                                                                          \
+    "<scene version='3.0.0'><sensor type='batch'>"                                                                   \
+        SIDE("perspective", "2.5,2.2,3", "<float name='fov' value='50'/>") other \
+        "<film type='hdrfilm'><integer name='width' value='10'/><integer name='height' value='8'/></film>" \
+    "</sensor>" BALL("-0.6,0.5,0.4", "0.5", GLASS) BALL("0.7,0.4,-0.5", "0.4", MIRROR)                               \
+        FLAT("<scale value='2'/>" LEVEL, MATT) FLAT("<scale value='2'/><translate y='1' z='-1.9'/>", MATT) \
+            FLAT("<scale value='0.6'/><rotate x='1' angle='90'/><translate y='2.8'/>", MATT GLOW) "</scene>"
+static const char lens_beside_scene[] = SIDE_BY_SIDE(
+    SIDE("thinlens", "-2.5,2,2.5", "<float name='fov' value='50'/><float name='aperture_radius' value='0.1'/>"
+                                   "<float name='focus_distance' value='3.5'/>"));
+static const char parallel_beside_scene[] = SIDE_BY_SIDE(SIDE("orthographic", "-2.5,2,2.5", ""));
+
 /* A flat beam that a mirror turns down and glass gathers, a curved one, and a lamp. */
 #define COLLIMATED "<emitter type='directionalarea'><rgb name='radiance' value='30,20,25'/></emitter>"
 static const char beams_scene[] =
@@ -286,8 +301,9 @@ static const char beams_scene[] =
 static void test_lights(void **state)
 {
     (void)state;
-    static const char *const texts[] = {lamps_scene, beams_scene}, *const names[] = {"lamps", "beams"};
-    for (int s = 0; s < 2; s++) {
+    static const char *const texts[] = {lamps_scene, beams_scene, lens_beside_scene, parallel_beside_scene};
+    static const char *const names[] = {"lamps", "beams", "lens beside", "parallel beside"};
+    for (int s = 0; s < 4; s++) {
         ca_scene *scene = scene_from_text(texts[s]);
         assert_int_equal(check_scene(scene, names[s]), 0);
         ca_scene_release(scene);

@@ -153,6 +153,17 @@ static void wrong_structure(void **state)
         {"<scene version=\"4.0.0\"/>", "1:1: version \"4.0.0\" of the scene language is not known; 0.x to 3.x are"},
         {"<bsdf type=\"null\"/>", "1:1: the file begins with <bsdf>, not with <scene>"},
         {"<scene version=\"3.0.0\">\n<sensor type=\"batch\"/></scene>", "2:1: batch needs nested sensors"},
+        {"<scene version=\"3.0.0\">\n<sensor type=\"batch\"><sensor type=\"batch\"><sensor type=\"perspective\"/>"
+         "</sensor></sensor></scene>",
+         "2:22: a batch cannot hold a \"batch\""},
+        {"<scene version=\"3.0.0\">\n<sensor type=\"batch\"><sensor type=\"distant\"/></sensor></scene>",
+         "2:22: a batch cannot hold a \"distant\""},
+        {"<scene version=\"3.0.0\">\n<sensor type=\"batch\"><sensor type=\"radiancemeter\"/></sensor></scene>",
+         "2:22: radiancemeter needs a film of 1 x 1 pixels, and this is 768 x 576"},
+        {"<scene version=\"3.0.0\">\n<sensor type=\"batch\"><sensor type=\"perspective\"/>"
+         "<sensor type=\"perspective\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"9\"/></film>"
+         "</sensor></scene>",
+         "2:1: the film of 9 pixels a row cannot be divided among the batch's 2 sensors"},
         {SCENE("<shape type=\"merge\"><shape type=\"instance\"/></shape>"), "2:21: a merge cannot hold instance"},
         {SCENE("<integrator type=\"path\"/><integrator type=\"path\"/>"),
          "2:26: a second <integrator>; the first is at line 2"},

@@ -253,9 +253,9 @@ static void several_sensors(void **state)
     static const char text[] =
         "<scene version=\"3.0.0\"><sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/>"
         "<film type=\"hdrfilm\"><integer name=\"width\" value=\"10\"/></film></sensor>"
-        "<sensor type=\"batch\"><sensor type=\"orthographic\"><film type=\"hdrfilm\"><integer name=\"width\" "
+        "<sensor type=\"orthographic\"><film type=\"hdrfilm\"><integer name=\"width\" "
         "value=\"20\"/></film><sampler type=\"sobol\"/></sensor><sensor type=\"perspective\"><float name=\"fov\" "
-        "value=\"50\"/></sensor></sensor></scene>";
+        "value=\"50\"/></sensor></scene>";
     static const uint32_t widths[3] = {10, 20, 768};
     static const double fov[3] = {30.0, 0.0, 50.0};
     const char *path = import_write_text("sensors.xml", text);
@@ -273,6 +273,46 @@ static void several_sensors(void **state)
     const ca_scene_source source = {.path = path, .sensor = 3};
     assert_int_equal(ca_import_scene_source(&source, &desc, &error), CA_ERROR_ARGUMENT);
     assert_string_equal(error.message, "there is no sensor 3: the scene has 3, counted from 0");
+}
+
+/* The film is the batch's, divided: the sensors' own films and samplers do not count. */
+static void sensors_side_by_side(void **state)
+{
+    (void)state;
+    import_with_sensor(
+        "<sensor type=\"batch\"><sensor type=\"perspective\"><float name=\"fov\" value=\"90\"/>"
+        "<string name=\"fov_axis\" value=\"y\"/><film type=\"hdrfilm\"><integer name=\"width\" value=\"7\"/>"
+        "<rfilter type=\"box\"/></film><sampler type=\"sobol\"/></sensor>"
+        "<film type=\"hdrfilm\"><integer name=\"width\" value=\"40\"/>"
+        "<integer name=\"height\" value=\"10\"/></film><sensor type=\"orthographic\"><transform name=\"to_world\">"
+        "<translate x=\"5\"/></transform></sensor></sensor>");
+    const ca_camera *camera = &desc.camera.camera;
+    assert_int_equal(camera->kind, CA_CAMERA_PANELS);
+    assert_int_equal(camera->as.panels.count, 2);
+    assert_int_equal(camera->width, 40);
+    assert_int_equal(desc.film.width, 40);
+    assert_int_equal(desc.film.filter.kind, CA_RFILTER_GAUSSIAN);
+    assert_int_equal(desc.sampler.kind, CA_SAMPLER_INDEPENDENT);
+    const ca_camera *panels = camera->as.panels.cameras;
+    assert_int_equal(panels[0].kind, CA_CAMERA_PERSPECTIVE);
+    assert_int_equal(panels[0].width, 20);
+    assert_int_equal(panels[0].height, 10);
+    near((double)panels[0].as.perspective.tan_half_x, 2.0); /* twice as wide as high */
+    assert_int_equal(panels[1].kind, CA_CAMERA_ORTHOGRAPHIC);
+    near((double)panels[1].map.to[0][3], 5.0);
+    done();
+}
+
+/* As many pixels as meters: the filter is a box, as of one. */
+static void meters_side_by_side(void **state)
+{
+    (void)state;
+    import_with_sensor("<sensor type=\"batch\"><sensor type=\"radiancemeter\"/><sensor type=\"radiancemeter\"/>"
+                       "<film type=\"hdrfilm\"><integer name=\"width\" value=\"2\"/>"
+                       "<integer name=\"height\" value=\"1\"/></film></sensor>");
+    assert_int_equal(desc.camera.camera.as.panels.count, 2);
+    assert_int_equal(desc.film.filter.kind, CA_RFILTER_BOX);
+    done();
 }
 
 /* A film, its filter and a sampler that wait for sensors: one without them keeps the defaults. */
@@ -1027,6 +1067,8 @@ int main(void)
         cmocka_unit_test(published_lens),
         cmocka_unit_test(samplers),
         cmocka_unit_test(several_sensors),
+        cmocka_unit_test(sensors_side_by_side),
+        cmocka_unit_test(meters_side_by_side),
         cmocka_unit_test(shared_parts_of_sensors),
         cmocka_unit_test(filters),
         cmocka_unit_test(integrator_parameters),

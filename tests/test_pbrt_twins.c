@@ -266,6 +266,28 @@ static const twin new_materials[] = {
          "<scale x='3' y='-2'/><translate x='-1.5' y='2.5'/></transform><rgb name='color0' value='.9 .1 .1'/>"
          "<rgb name='color1' value='.1 .1 .9'/></texture></bsdf></bsdf></shape>",
          1e-5),
+    NEAR("imagemap, black around it", /* the picture in the middle of one that is twice as wide and high */
+         PBRT_PICTURE "\"string wrap\" \"black\" \"float uscale\" 2 \"float vscale\" 2 \"float udelta\" -.5\n"
+                      "\"float vdelta\" -.5\n" PBRT_TEXTURED,
+         BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='scale' name='reflectance'>"
+              "<float name='scale' value='0.4'/><texture type='bitmap'><string name='filename' value='framed.pfm'/>"
+              "<string name='wrap_mode' value='clamp'/></texture></texture></bsdf></bsdf>"),
+         1e-6),
+    NEW("directionmix", /* the first texture where the surface faces the direction */
+        "Texture \"t\" \"spectrum\" \"directionmix\" \"rgb tex1\" [.9 .1 .1] \"rgb tex2\" [.1 .1 .9]\n"
+        "\"vector3 dir\" [0 0 2]\n" PBRT_TEXTURED,
+        BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='mix' name='reflectance'>"
+             "<rgb name='color0' value='.1 .1 .9'/><rgb name='color1' value='.9 .1 .1'/>"
+             "<texture type='facing' name='weight'><vector name='direction' value='0 0 1'/></texture></texture>"
+             "</bsdf></bsdf>")),
+    NEAR("directionmix of a flat shape", /* turned by 60 degrees from the direction: half of each */
+         "Texture \"t\" \"spectrum\" \"directionmix\" \"rgb tex1\" [.9 .1 .1] \"rgb tex2\" [.1 .1 .9]\n"
+         "\"vector3 dir\" [0 .86602540378 .5]\n"
+         "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"plymesh\" \"string filename\" \"quad.ply\"\n",
+         "<shape type='ply'><string name='filename' value='quad.ply'/><boolean name='face_normals' value='true'/>"
+         "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='.5 .1 .5'/></bsdf></bsdf>"
+         "</shape>",
+         1e-5),
     NEAR("imagemap, brighter than white", /* reflectances are cut to 1 */
          "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 3\n"
          "\"string filter\" \"point\" Material \"diffuse\" \"texture reflectance\" \"t\"\n" PBRT_BALL,
@@ -504,6 +526,19 @@ static void write_changed_pictures(void)
     write_two_by_two("cut.pfm", cut);
 }
 
+/* picture.pfm, whose pixels are 0, 1 or 2, with a black frame as wide as a pixel of it. */
+static void write_framed_picture(void)
+{
+    static const char header[] = "PF\n4 4\n-1.0\n";
+    static const float inside[12] = {0, 0, 1, 2, 2, 2, 1, 0, 0, 0, 1, 0};
+    float pixels[48] = {0.0f};
+    unsigned char bytes[sizeof header - 1 + sizeof pixels];
+    for (int y = 0; y < 2; y++) memcpy(pixels + 12 * (y + 1) + 3, inside + 6 * y, 6 * sizeof *pixels);
+    memcpy(bytes, header, sizeof header - 1);
+    memcpy(bytes + sizeof header - 1, pixels, sizeof pixels);
+    import_write("framed.pfm", bytes, sizeof bytes);
+}
+
 /* quad.ply with u = (x + 1) / 2 and v = 1 - (y - 0.5) / 2. */
 static const char mapped_quad[] = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
                                   "property float z\nproperty float u\nproperty float v\nelement face 1\n"
@@ -543,6 +578,7 @@ static void write_files(void)
 {
     import_write_picture();
     write_changed_pictures();
+    write_framed_picture();
     write_sky();
     import_write_text("ball.pbrt", "Translate 0 1 0\nShape \"sphere\"\nTranslate 0 -1 0\n");
     import_write_text("paint.spd", "# a paint\n400 .1\n500 .8 700 .2\n");

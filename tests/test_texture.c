@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-static const ca_texture_wrap WRAPS[] = {CA_WRAP_REPEAT, CA_WRAP_MIRROR, CA_WRAP_CLAMP};
+static const ca_texture_wrap WRAPS[] = {CA_WRAP_REPEAT, CA_WRAP_MIRROR, CA_WRAP_CLAMP, CA_WRAP_ZERO};
 
 static float uniform(ca_test_random *random, float low, float high)
 {
@@ -42,7 +42,7 @@ static int modulo(int i, int n) { return ((i % n) + n) % n; }
 static int oracle_index(int i, int n, ca_texture_wrap wrap)
 {
     if (wrap == CA_WRAP_REPEAT) return modulo(i, n);
-    if (wrap == CA_WRAP_CLAMP) return i < 0 ? 0 : i >= n ? n - 1 : i;
+    if (wrap == CA_WRAP_CLAMP || wrap == CA_WRAP_ZERO) return i < 0 ? 0 : i >= n ? n - 1 : i;
     const int m = modulo(i, 2 * n);
     return m < n ? m : 2 * n - 1 - m;
 }
@@ -50,6 +50,8 @@ static int oracle_index(int i, int n, ca_texture_wrap wrap)
 static double oracle_texel(const ca_texture *texture, int x, int y, int channel)
 {
     const ca_image *image = texture->as.bitmap.image;
+    const bool outside = x < 0 || x >= (int)image->width || y < 0 || y >= (int)image->height;
+    if (outside && texture->as.bitmap.wrap == CA_WRAP_ZERO) return 0.0;
     const int i = oracle_index(x, (int)image->width, texture->as.bitmap.wrap);
     const int j = oracle_index(y, (int)image->height, texture->as.bitmap.wrap);
     const uint32_t c = image->channels < 3 ? 0 : (uint32_t)channel;
@@ -113,7 +115,7 @@ static void nearest_is_the_texel_around(void **state)
     assert_int_equal(ca_image_create(&image, 5, 3, 3, NULL), CA_OK);
     fill_random(&image, 1);
     ca_test_random random = ca_test_random_seed(2);
-    for (int w = 0; w < 3; ++w) {
+    for (int w = 0; w < 4; ++w) {
         const ca_texture texture = bitmap(&image, CA_FILTER_NEAREST, WRAPS[w]);
         for (int i = 0; i < 20000; ++i) {
             const float u = uniform(&random, -4.0f, 4.0f), v = uniform(&random, -4.0f, 4.0f);
@@ -125,7 +127,7 @@ static void nearest_is_the_texel_around(void **state)
             assert_true((double)value.b == oracle_texel(&texture, (int)floor(x), (int)floor(y), 2));
         }
         const ca_surface tiny = surface_at(-1e-12f, 0.9f);
-        const int left = WRAPS[w] == CA_WRAP_REPEAT ? 4 : 0;
+        const int left = WRAPS[w] == CA_WRAP_REPEAT ? 4 : WRAPS[w] == CA_WRAP_ZERO ? -1 : 0;
         assert_true((double)ca_texture_eval(&texture, 0, &tiny).r == oracle_texel(&texture, left, 0, 0));
     }
     ca_image_destroy(&image);
@@ -137,7 +139,7 @@ static void check_bilinear(uint32_t width, uint32_t height, uint32_t channels)
     assert_int_equal(ca_image_create(&image, width, height, channels, NULL), CA_OK);
     fill_random(&image, 100 * width + 10 * height + channels);
     ca_test_random random = ca_test_random_seed(3);
-    for (int w = 0; w < 3; ++w) {
+    for (int w = 0; w < 4; ++w) {
         ca_texture texture = bitmap(&image, CA_FILTER_BILINEAR, WRAPS[w]);
         for (int i = 0; i < 5000; ++i) {
             for (int r = 0; r < 2; ++r)
@@ -183,7 +185,7 @@ static void gradient_is_the_slope(void **state)
     ca_test_random random = ca_test_random_seed(5);
     int compared = 0;
     for (int i = 0; i < 9000; ++i) {
-        ca_texture texture = bitmap(&image, CA_FILTER_BILINEAR, WRAPS[i % 3]);
+        ca_texture texture = bitmap(&image, CA_FILTER_BILINEAR, WRAPS[i % 4]);
         for (int r = 0; r < 2; ++r)
             for (int c = 0; c < 3; ++c) texture.to_uv[r][c] = uniform(&random, -1.5f, 1.5f);
         const double u = (double)uniform(&random, -1.0f, 1.0f), v = (double)uniform(&random, -1.0f, 1.0f), h = 1e-5;
@@ -204,6 +206,28 @@ static void gradient_is_the_slope(void **state)
     ca_image_destroy(&image);
 }
 
+/* The cosine to the line of the geometric normal, whichever its side; over all directions half on average. */
+static void facing_is_a_cosine(void **state)
+{
+    (void)state;
+    const ca_texture table[] = {{.kind = CA_TEXTURE_FACING, .as.facing = {.direction = {0.0f, 0.6f, 0.8f}}}};
+    ca_surface surface = surface_at(0.3f, 0.4f);
+    ca_test_random random = ca_test_random_seed(21);
+    double sum = 0.0;
+    for (int i = 0; i < 20000; i++) {
+        const float z = uniform(&random, -1.0f, 1.0f), phi = uniform(&random, 0.0f, 6.2831853f);
+        const float r = sqrtf(1.0f - z * z);
+        surface.ng = (ca_vec3){r * cosf(phi), r * sinf(phi), z};
+        const float value = ca_texture_eval_scalar(table, 0, &surface);
+        assert_near((double)value, fabs(0.6 * (double)surface.ng.y + 0.8 * (double)z), 1e-6);
+        assert_true(ca_texture_eval(table, 0, &surface).b == value && value <= ca_texture_max(table, 0));
+        sum += (double)value;
+    }
+    assert_near(sum / 20000.0, (double)ca_texture_mean(table, 0).g, 0.01);
+    assert_false(ca_texture_reads_uv(&table[0]));
+    assert_true(ca_texture_gradient(table, 0, &surface).x == 0.0f);
+}
+
 static void wild_coordinates_stay_in_the_picture(void **state)
 {
     (void)state;
@@ -212,8 +236,8 @@ static void wild_coordinates_stay_in_the_picture(void **state)
     ca_image image;
     assert_int_equal(ca_image_create(&image, 13, 7, 1, NULL), CA_OK);
     fill_random(&image, 6);
-    for (int w = 0; w < 6; ++w) {
-        const ca_texture texture = bitmap(&image, w < 3 ? CA_FILTER_BILINEAR : CA_FILTER_NEAREST, WRAPS[w % 3]);
+    for (int w = 0; w < 8; ++w) {
+        const ca_texture texture = bitmap(&image, w < 4 ? CA_FILTER_BILINEAR : CA_FILTER_NEAREST, WRAPS[w % 4]);
         for (size_t i = 0; i < sizeof wild / sizeof *wild; ++i)
             for (size_t j = 0; j < sizeof wild / sizeof *wild; ++j) {
                 const ca_surface surface = surface_at(wild[i], wild[j]);
@@ -587,6 +611,7 @@ int main(void)
         cmocka_unit_test(nearest_is_the_texel_around),
         cmocka_unit_test(bilinear_is_the_formula),
         cmocka_unit_test(gradient_is_the_slope),
+        cmocka_unit_test(facing_is_a_cosine),
         cmocka_unit_test(wild_coordinates_stay_in_the_picture),
         cmocka_unit_test(checkerboard_alternates),
         cmocka_unit_test(scale_multiplies),

@@ -1,5 +1,6 @@
 #include "camera/camera.h"
 
+#include "camera/panels.h"
 #include "math/frame.h"
 #include "math/numeric.h"
 #include "sampling/warp.h"
@@ -38,6 +39,7 @@ static double half_width(const ca_camera *camera)
         return 0.5 * camera->as.realistic.film_diagonal * camera->width /
                hypot((double)camera->width, (double)camera->height);
     case CA_CAMERA_ORTHOGRAPHIC:
+    case CA_CAMERA_PANELS:
     case CA_CAMERA_KIND_COUNT: break;
     }
     return 1.0;
@@ -50,6 +52,7 @@ void ca_camera_set_tan_half_x(ca_camera *camera, float tan_half_x)
     case CA_CAMERA_THIN_LENS: camera->as.thin_lens.tan_half_x = tan_half_x; break;
     case CA_CAMERA_ORTHOGRAPHIC:
     case CA_CAMERA_REALISTIC:
+    case CA_CAMERA_PANELS:
     case CA_CAMERA_KIND_COUNT: break;
     }
 }
@@ -58,6 +61,10 @@ void ca_camera_set_tan_half_x(ca_camera *camera, float tan_half_x)
  * 3. */
 void ca_camera_prepare(ca_camera *camera)
 {
+    if (camera->kind == CA_CAMERA_PANELS) {
+        ca_panels_prepare(camera);
+        return;
+    }
     const double half_x = half_width(camera);
     const double half_y = half_x * camera->height / camera->width;
     camera->pixel_width = (float)(2.0 * half_x / camera->width);
@@ -106,14 +113,21 @@ bool ca_camera_has_dirac_position(const ca_camera *camera)
     case CA_CAMERA_THIN_LENS: return !(camera->as.thin_lens.lens_radius > 0.0f);
     case CA_CAMERA_ORTHOGRAPHIC:
     case CA_CAMERA_REALISTIC:
+    case CA_CAMERA_PANELS:
     case CA_CAMERA_KIND_COUNT: break;
     }
     return false;
 }
 
+uint32_t ca_camera_count(const ca_camera *camera)
+{
+    return camera->kind == CA_CAMERA_PANELS ? camera->as.panels.count : 1;
+}
+
 bool ca_camera_has_lens(const ca_camera *camera)
 {
-    return camera->kind == CA_CAMERA_THIN_LENS || camera->kind == CA_CAMERA_REALISTIC;
+    return camera->kind == CA_CAMERA_THIN_LENS || camera->kind == CA_CAMERA_REALISTIC ||
+           camera->kind == CA_CAMERA_PANELS;
 }
 
 bool ca_camera_has_field_of_view(const ca_camera *camera)
@@ -169,7 +183,8 @@ static ca_camera_ray orthographic_ray(const ca_camera *camera, ca_vec2 plane)
                            .weight = {1.0f, 1.0f, 1.0f},
                            .pdf_position = position_pdf(camera),
                            .pdf_direction = {1.0f},
-                           .cos_camera = 1.0f};
+                           .cos_camera = 1.0f,
+                           .camera = camera};
 }
 
 static ca_vec3 lens_point(const ca_camera *camera, ca_vec2 u_lens)
@@ -181,6 +196,7 @@ static ca_vec3 lens_point(const ca_camera *camera, ca_vec2 u_lens)
 
 ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens)
 {
+    if (camera->kind == CA_CAMERA_PANELS) return ca_panels_ray(camera, film_position, u_lens);
     if (camera->kind == CA_CAMERA_REALISTIC) return ca_realistic_ray(camera, film_position, u_lens);
     const ca_vec2 plane = film_to_plane(camera, film_position);
     if (camera->kind == CA_CAMERA_ORTHOGRAPHIC) return orthographic_ray(camera, plane);
@@ -200,7 +216,8 @@ ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_positio
                            .weight = {1.0f, 1.0f, 1.0f},
                            .pdf_position = position_pdf(camera),
                            .pdf_direction = pixel_pdf(camera, cos_camera),
-                           .cos_camera = cos_camera};
+                           .cos_camera = cos_camera,
+                           .camera = camera};
 }
 
 static inline ca_v8 map_vector8(const float m[3][4], ca_v8 v)
@@ -269,13 +286,15 @@ static bool orthographic_direct(const ca_camera *camera, ca_vec3 reference, floa
                                  .pdf_direct = {1.0f},
                                  .pdf_position = pdf_position,
                                  .pdf_direction = {1.0f},
-                                 .cos_camera = 1.0f};
+                                 .cos_camera = 1.0f,
+                                 .camera = camera};
     return true;
 }
 
 bool ca_camera_sample_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2 u_lens, float margin,
                              ca_camera_direct *direct)
 {
+    if (camera->kind == CA_CAMERA_PANELS) return ca_panels_direct(camera, reference, u_lens, margin, direct);
     if (camera->kind == CA_CAMERA_ORTHOGRAPHIC) return orthographic_direct(camera, reference, margin, direct);
 
     const ca_vec3 local = to_camera_space(camera, reference);
@@ -308,6 +327,7 @@ bool ca_camera_sample_direct(const ca_camera *camera, ca_vec3 reference, ca_vec2
         .pdf_direct = {dirac ? 1.0f : ca_pdf_to_solid_angle(pdf_position, cos_camera, ca_sqr(distance)).v},
         .pdf_position = pdf_position,
         .pdf_direction = pdf_direction,
-        .cos_camera = cos_camera};
+        .cos_camera = cos_camera,
+        .camera = camera};
     return true;
 }

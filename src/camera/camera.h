@@ -29,8 +29,16 @@ typedef enum ca_camera_kind {
     CA_CAMERA_THIN_LENS,
     CA_CAMERA_ORTHOGRAPHIC,
     CA_CAMERA_REALISTIC,
+    CA_CAMERA_PANELS, /* several of the others, side by side on one film (panels.h) */
     CA_CAMERA_KIND_COUNT
 } ca_camera_kind;
+
+/* Of one size; prepared, and none of them panels again. */
+typedef struct ca_camera_panels {
+    const struct ca_camera *cameras; /* borrowed, from left to right */
+    uint32_t count;
+    float scale_x, scale_y; /* pixels of theirs for one of the whole film; made by ca_camera_prepare */
+} ca_camera_panels;
 
 typedef struct ca_camera {
     ca_camera_kind kind;
@@ -51,6 +59,7 @@ typedef struct ca_camera {
             float area_scale; /* world area per camera-space area; made by ca_camera_prepare */
         } orthographic;
         ca_realistic realistic;
+        ca_camera_panels panels;
     } as;
 
     /* Made by ca_camera_prepare. The film's image lies on the plane z = 1 of camera space, the orthographic one's on
@@ -73,6 +82,7 @@ typedef struct ca_camera_ray {
     ca_pdf_area pdf_position;
     ca_pdf_solid_angle pdf_direction;
     float cos_camera; /* between the direction and the camera's axis */
+    const ca_camera *camera; /* that made it: of panels the one at the film position, otherwise the camera itself */
 } ca_camera_ray;
 
 ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens);
@@ -103,6 +113,7 @@ typedef struct ca_camera_direct {
     ca_pdf_area pdf_position;      /* as a camera path of that pixel would have started there ... */
     ca_pdf_solid_angle pdf_direction; /* ... and have gone to the reference */
     float cos_camera;
+    const ca_camera *camera; /* as of ca_camera_ray */
 } ca_camera_direct;
 
 /* false: outside of the film (of its full size, widened by `margin` pixels for the filter) or of the clip planes, or
@@ -115,14 +126,17 @@ void ca_camera_set_tan_half_x(ca_camera *camera, float tan_half_x);
 
 /* Is u_lens used? */
 bool ca_camera_has_lens(const ca_camera *camera);
-/* Does the camera have a field of view in degrees? */
 /* Moves it back along its axis until all within the sphere lies in front of it, on no clip plane's wrong side. */
 void ca_camera_move_out(ca_camera *camera, ca_vec3 center, float radius);
 /* As large as the sphere seen along its axis, in front of it; orthographic. */
 void ca_camera_cover(ca_camera *camera, ca_vec3 center, float radius);
 
+/* Does the camera have a field of view in degrees? */
 bool ca_camera_has_field_of_view(const ca_camera *camera);
+/* Of the camera of a ray: panels may differ. */
 bool ca_camera_has_dirac_position(const ca_camera *camera);  /* pinhole */
 bool ca_camera_has_dirac_direction(const ca_camera *camera); /* orthographic */
+/* One, but for panels. A point of the scene is joined with one of them, chosen at random. */
+uint32_t ca_camera_count(const ca_camera *camera);
 
 #endif

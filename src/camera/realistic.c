@@ -248,7 +248,7 @@ ca_camera_ray ca_realistic_ray(const ca_camera *camera, ca_vec2 film_position, c
 {
     const ca_realistic *r = &camera->as.realistic;
     lens_way way;
-    if (!choose_ray(camera, film_position, u_lens, &way)) return (ca_camera_ray){0};
+    if (!choose_ray(camera, film_position, u_lens, &way)) return (ca_camera_ray){.camera = camera};
     const float cos_camera = (float)-way.scene.dw, behind = (float)(r->scale * r->disk_w);
     const float weight = (float)(chosen_solid_angle(r, &way) / r->solid_angle);
     return (ca_camera_ray){.origin = to_world_point(camera, &way.scene),
@@ -258,7 +258,8 @@ ca_camera_ray ca_realistic_ray(const ca_camera *camera, ca_vec2 film_position, c
                            .weight = {weight, weight, weight},
                            .pdf_position = position_pdf(r),
                            .pdf_direction = direction_pdf(camera, &way),
-                           .cos_camera = cos_camera};
+                           .cos_camera = cos_camera,
+                           .camera = camera};
 }
 
 /* ---- Splats ---------------------------------------------------------------------------------------------------- */
@@ -311,6 +312,7 @@ bool ca_realistic_direct(const ca_camera *camera, ca_vec3 local, ca_vec2 u_lens,
                            .pdf_direct = ca_pdf_to_solid_angle(pdf_position, (float)cos_camera, ca_sqr(distance)),
                            .pdf_position = pdf_position,
                            .pdf_direction = direction_pdf(camera, &way),
-                           .cos_camera = (float)cos_camera};
+                           .cos_camera = (float)cos_camera,
+                           .camera = camera};
     return true;
 }

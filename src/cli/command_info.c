@@ -69,11 +69,13 @@ static const char *const texture_names[] = {[CA_TEXTURE_CONSTANT] = "constant",
                                             [CA_TEXTURE_MIX] = "mix",
                                             [CA_TEXTURE_POWER] = "power",
                                             [CA_TEXTURE_CLAMP] = "clamp",
-                                            [CA_TEXTURE_MAPPED] = "mapped"};
+                                            [CA_TEXTURE_MAPPED] = "mapped",
+                                            [CA_TEXTURE_FACING] = "facing"};
 static const char *const camera_names[] = {[CA_CAMERA_PERSPECTIVE] = "perspective",
                                            [CA_CAMERA_THIN_LENS] = "thinlens",
                                            [CA_CAMERA_ORTHOGRAPHIC] = "orthographic",
-                                           [CA_CAMERA_REALISTIC] = "realistic"};
+                                           [CA_CAMERA_REALISTIC] = "realistic",
+                                           [CA_CAMERA_PANELS] = "batch"};
 
 enum { MOST_KINDS = 32 };
 #define COUNT_OF(names) (sizeof(names) / sizeof(names)[0])
@@ -165,6 +167,13 @@ static void print_lens(const ca_realistic *camera)
            ca_lens_focal_length(&camera->lens), camera->film_diagonal, camera->film_distance);
 }
 
+static void print_place(const ca_camera *camera)
+{
+    const float (*m)[4] = camera->map.to;
+    printf("%-12sat (%.6g, %.6g, %.6g), looks along (%.6g, %.6g, %.6g)\n", "", (double)m[0][3], (double)m[1][3],
+           (double)m[2][3], (double)m[0][2], (double)m[1][2], (double)m[2][2]);
+}
+
 static void print_camera(const ca_scene *scene)
 {
     const ca_camera_desc *desc = &scene->desc.camera;
@@ -176,10 +185,12 @@ static void print_camera(const ca_scene *scene)
         printf(", lens radius %.6g, focus at %.6g", (double)camera->as.thin_lens.lens_radius,
                (double)camera->as.thin_lens.focus_distance);
     if (camera->kind == CA_CAMERA_REALISTIC) print_lens(&camera->as.realistic);
+    if (camera->kind == CA_CAMERA_PANELS) printf(" of %u sensors side by side", camera->as.panels.count);
     printf(", clips at %.6g and %.6g\n", (double)camera->near_clip, (double)camera->far_clip);
-    const float (*m)[4] = camera->map.to;
-    printf("%-12sat (%.6g, %.6g, %.6g), looks along (%.6g, %.6g, %.6g)\n", "", (double)m[0][3], (double)m[1][3],
-           (double)m[2][3], (double)m[0][2], (double)m[1][2], (double)m[2][2]);
+    if (camera->kind == CA_CAMERA_PANELS)
+        for (uint32_t i = 0; i < camera->as.panels.count; i++) print_place(&camera->as.panels.cameras[i]);
+    else
+        print_place(camera);
     printf("%-12s%u x %u pixels", "film", film->width, film->height);
     if (film->crop_width != film->width || film->crop_height != film->height)
         printf(", crop %u,%u,%u,%u", film->crop_x, film->crop_y, film->crop_x + film->crop_width,

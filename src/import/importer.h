@@ -130,8 +130,17 @@ ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node);
 uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node);
 void ca_import_shape(ca_importer *importer, ca_xml_node *node);
 void ca_import_sensor(ca_importer *importer, ca_xml_node *node);
-/* The sensors in a batch, one by one. */
-void ca_import_batch(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *));
+/* What a sensor decides. */
+typedef struct ca_import_view {
+    ca_camera_desc camera;
+    ca_film_desc film;
+    ca_sampler sampler;
+    bool names_sampler;
+    uint32_t samples_per_pixel;
+} ca_import_view;
+
+ca_import_view ca_import_keep_view(const ca_scene_desc *desc);
+void ca_import_put_back_view(ca_scene_desc *desc, const ca_import_view *kept);
 void ca_import_film(ca_importer *importer, ca_xml_node *node);
 void ca_import_filter(ca_importer *importer, ca_xml_node *node);
 void ca_import_sampler(ca_importer *importer, ca_xml_node *node);

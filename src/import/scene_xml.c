@@ -256,39 +256,12 @@ static bool is_wanted(ca_importer *importer, const ca_xml_node *node)
     return true;
 }
 
-/* What a sensor decides. */
-typedef struct view {
-    ca_camera_desc camera;
-    ca_film_desc film;
-    ca_sampler sampler;
-    bool names_sampler;
-    uint32_t samples_per_pixel;
-} view;
-
-static view keep_view(const ca_scene_desc *desc)
-{
-    return (view){desc->camera, desc->film, desc->sampler, desc->names_sampler, desc->samples_per_pixel};
-}
-
-static void put_back_view(ca_scene_desc *desc, const view *kept)
-{
-    desc->camera = kept->camera;
-    desc->film = kept->film;
-    desc->sampler = kept->sampler;
-    desc->names_sampler = kept->names_sampler;
-    desc->samples_per_pixel = kept->samples_per_pixel;
-}
-
-/* Every sensor is imported, for a mistake in it is a mistake; the chosen one's view stays. A batch holds several. */
+/* Every sensor is imported, for a mistake in it is a mistake; the chosen one's view stays. */
 static void import_view(ca_importer *importer, ca_xml_node *node)
 {
-    if (strcmp(ca_xml_attribute_value(node, "type"), "batch") == 0) {
-        ca_import_batch(importer, node, import_view);
-        return;
-    }
-    const view kept = keep_view(importer->desc);
+    const ca_import_view kept = ca_import_keep_view(importer->desc);
     ca_import_sensor(importer, node);
-    if (!is_wanted(importer, node)) put_back_view(importer->desc, &kept);
+    if (!is_wanted(importer, node)) ca_import_put_back_view(importer->desc, &kept);
 }
 
 /* A part of sensors that has an id: it waits for sensors to refer to it. */
@@ -300,9 +273,9 @@ static bool import_part_of_view(ca_importer *importer, ca_xml_node *node)
     } parts[] = {{"film", ca_import_film}, {"rfilter", ca_import_filter}, {"sampler", ca_import_sampler}};
     for (size_t i = 0; i < CA_COUNT(parts); i++) {
         if (strcmp(node->tag, parts[i].tag) != 0 || !ca_xml_attribute_value(node, "id")) continue;
-        const view kept = keep_view(importer->desc);
+        const ca_import_view kept = ca_import_keep_view(importer->desc);
         parts[i].import(importer, node);
-        put_back_view(importer->desc, &kept);
+        ca_import_put_back_view(importer->desc, &kept);
         return true;
     }
     return false;

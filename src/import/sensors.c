@@ -208,16 +208,6 @@ static void import_distant(ca_props *props, void *result)
     if (target) import_target(props, &sensor->camera, along, target);
 }
 
-/* Of one pixel; its filter would reach out of the target. */
-static void check_meter(ca_importer *importer, const ca_xml_node *node)
-{
-    const ca_film_desc *film = &importer->desc->film;
-    if (film->width != 1 || film->height != 1)
-        ca_import_fail(importer, &node->where, "%s needs a film of 1 x 1 pixels, and this is %u x %u",
-                       ca_xml_attribute_value(node, "type"), film->width, film->height);
-    importer->desc->film.filter = ca_filter_default(CA_RFILTER_BOX);
-}
-
 /* ---- Realistic ------------------------------------------------------------------------------------------------- */
 
 static void read_lens(ca_props *props, const char *text, size_t size, const char *file, const ca_location *where,
@@ -315,6 +305,10 @@ static void import_realistic(ca_props *props, void *result)
     if ((double)camera->near_clip < rim) ca_props_fail(props, "near_clip", "must be in front of the lens's rim");
 }
 
+/* ---- Any of them ----------------------------------------------------------------------------------------------- */
+
+static void import_batch(ca_props *props, void *result);
+
 static const ca_plugin sensors[] = {
     {"perspective", import_perspective},
     {"thinlens", import_thin_lens},
@@ -322,7 +316,22 @@ static const ca_plugin sensors[] = {
     {"realistic", import_realistic},
     {"radiancemeter", import_radiance_meter},
     {"distant", import_distant},
+    {"batch", import_batch},
 };
+
+ca_import_view ca_import_keep_view(const ca_scene_desc *desc)
+{
+    return (ca_import_view){desc->camera, desc->film, desc->sampler, desc->names_sampler, desc->samples_per_pixel};
+}
+
+void ca_import_put_back_view(ca_scene_desc *desc, const ca_import_view *kept)
+{
+    desc->camera = kept->camera;
+    desc->film = kept->film;
+    desc->sampler = kept->sampler;
+    desc->names_sampler = kept->names_sampler;
+    desc->samples_per_pixel = kept->samples_per_pixel;
+}
 
 /* At most one nested object of a kind, any name. */
 static void import_nested(ca_props *props, const char *tag, void (*import)(ca_importer *, ca_xml_node *))
@@ -335,55 +344,118 @@ static void import_nested(ca_props *props, const char *tag, void (*import)(ca_im
         ca_import_fail(props->importer, &cursor->where, "a sensor has one %s, and this is a second", tag);
 }
 
-void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
+/* All parameters but those that depend on the film's size; NULL after failing. */
+static const ca_plugin *read_sensor(ca_importer *importer, ca_xml_node *node)
 {
     const ca_plugin *plugin = ca_import_find_plugin(importer, node, sensors, CA_COUNT(sensors));
-    if (!plugin) return;
+    if (!plugin) return NULL;
     ca_props props;
     ca_props_begin(&props, importer, node);
     ca_camera_desc *sensor = &importer->desc->camera;
     sensor->where = node->where;
     sensor->place = CA_PLACE_OWN;
     sensor->camera.is_disk = false;
+    import_nested(&props, "film", ca_import_film); /* a batch divides it */
     plugin->import(&props, sensor);
     /* There is no motion: a shutter has no effect. */
     ca_props_number(&props, "shutter_open", 0.0);
     ca_props_number(&props, "shutter_close", 0.0);
-    import_nested(&props, "film", ca_import_film);
     import_nested(&props, "sampler", ca_import_sampler);
     ca_props_end(&props);
-    if (plugin->import == import_radiance_meter || plugin->import == import_distant) check_meter(importer, node);
-    if (!ca_import_good(importer)) return;
-    sensor->camera.width = importer->desc->film.width;
-    sensor->camera.height = importer->desc->film.height;
-    if (!ca_camera_has_field_of_view(&sensor->camera)) return;
-    const ca_film_desc *film = &importer->desc->film;
-    const float tan_half_x =
-        (float)ca_camera_tan_half_x(sensor->fov_degrees, sensor->fov_axis, film->width, film->height);
+    return ca_import_good(importer) ? plugin : NULL;
+}
+
+/* A meter of one ray or one direction sees one pixel; its filter would reach out of the target. */
+static void check_meter(ca_importer *importer, const ca_xml_node *node, uint32_t width, uint32_t height)
+{
+    if (width != 1 || height != 1)
+        ca_import_fail(importer, &node->where, "%s needs a film of 1 x 1 pixels, and this is %u x %u",
+                       ca_xml_attribute_value(node, "type"), width, height);
+    importer->desc->film.filter = ca_filter_default(CA_RFILTER_BOX);
+}
+
+/* The sensor gets a film of so many pixels. */
+static void set_size(ca_importer *importer, const ca_plugin *plugin, const ca_xml_node *node, uint32_t width,
+                     uint32_t height)
+{
+    ca_camera_desc *sensor = &importer->desc->camera;
+    if (plugin->import == import_radiance_meter || plugin->import == import_distant)
+        check_meter(importer, node, width, height);
+    sensor->camera.width = width;
+    sensor->camera.height = height;
+    if (!ca_import_good(importer) || !ca_camera_has_field_of_view(&sensor->camera)) return;
+    const float tan_half_x = (float)ca_camera_tan_half_x(sensor->fov_degrees, sensor->fov_axis, width, height);
     ca_camera_set_tan_half_x(&sensor->camera, tan_half_x);
     if (!(tan_half_x > 0.0f && tan_half_x < 1e6f))
         ca_import_fail(importer, &node->where, "the horizontal field of view is not between 0 and 180 degrees");
 }
 
-void ca_import_batch(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *))
+void ca_import_sensor(ca_importer *importer, ca_xml_node *node)
 {
-    ca_props props;
-    ca_xml_node *cursor = NULL, *sensor;
-    uint32_t count = 0;
+    const ca_plugin *plugin = read_sensor(importer, node);
+    const ca_film_desc *film = &importer->desc->film;
+    if (plugin) set_size(importer, plugin, node, film->width, film->height);
+}
+
+/* ---- Batch ----------------------------------------------------------------------------------------------------- */
+
+/* A sensor of a batch, on its part of the film. Its own film and sampler are read and not used; but a meter decides
+ * about the filter. */
+static void import_panel(ca_importer *importer, ca_xml_node *node, uint32_t width, uint32_t height, ca_camera *panel)
+{
     if (!ca_import_enter(importer, node)) return;
-    ca_props_begin(&props, importer, node);
-    while (ca_import_good(importer) && (sensor = ca_props_next_object(&props, "sensor", true, &cursor)) != NULL) {
-        import(importer, sensor);
-        count++;
+    const ca_import_view kept = ca_import_keep_view(importer->desc);
+    const ca_plugin *plugin = read_sensor(importer, node);
+    importer->desc->film = kept.film;
+    if (plugin && (plugin->import == import_batch || plugin->import == import_distant))
+        ca_import_fail(importer, &node->where, "a batch cannot hold a \"%s\"", plugin->name);
+    if (plugin && ca_import_good(importer)) set_size(importer, plugin, node, width, height);
+    if (ca_import_good(importer)) {
+        *panel = importer->desc->camera.camera;
+        ca_camera_prepare(panel);
     }
-    if (count == 0) ca_import_fail(importer, &node->where, "batch needs nested sensors");
-    if (ca_props_next_object(&props, "film", true, (cursor = NULL, &cursor)))
-        ca_import_note(importer, &node->where,
-                       "the film of a batch is not used: its sensors have their own, and are rendered one at a time");
-    cursor = NULL;
-    ca_props_next_object(&props, "sampler", true, &cursor);
-    ca_props_end(&props);
+    const ca_filter filter = importer->desc->film.filter;
+    ca_import_put_back_view(importer->desc, &kept);
+    importer->desc->film.filter = filter;
     ca_import_leave(importer, node, 0);
+}
+
+/* Their number; 0 after failing: the film cannot be divided among them. */
+static uint32_t count_panels(ca_props *props, uint32_t width)
+{
+    uint32_t count = 0;
+    ca_xml_node *cursor = NULL;
+    while (ca_props_next_object(props, "sensor", true, &cursor)) count++;
+    if (count == 0) ca_import_fail(props->importer, &props->node->where, "batch needs nested sensors");
+    if (count == 0 || width % count == 0) return count;
+    ca_import_fail(props->importer, &props->node->where,
+                   "the film of %u pixels a row cannot be divided among the batch's %u sensors", width, count);
+    return 0;
+}
+
+/* Sensors side by side on one film. */
+static void import_batch(ca_props *props, void *result)
+{
+    ca_camera_desc *sensor = result;
+    ca_importer *importer = props->importer;
+    const ca_film_desc film = importer->desc->film;
+    const uint32_t count = count_panels(props, film.width);
+    if (!ca_import_good(importer)) return;
+    ca_camera *panels = ca_arena_alloc(&importer->desc->strings, count, sizeof *panels);
+    if (!panels) {
+        ca_import_fail_memory(importer, "the sensors of a batch");
+        return;
+    }
+    ca_xml_node *cursor = NULL;
+    for (uint32_t i = 0; i < count && ca_import_good(importer); i++)
+        import_panel(importer, ca_props_next_object(props, "sensor", true, &cursor), film.width / count, film.height,
+                     &panels[i]);
+    sensor->fov_degrees = 0.0;
+    sensor->camera.kind = CA_CAMERA_PANELS;
+    sensor->camera.as.panels = (ca_camera_panels){.cameras = panels, .count = count};
+    sensor->camera.map = panels[0].map;
+    sensor->camera.near_clip = panels[0].near_clip;
+    sensor->camera.far_clip = panels[0].far_clip;
 }
 
 /* ---- Sampler --------------------------------------------------------------------------------------------------- */

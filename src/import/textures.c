@@ -38,10 +38,10 @@ static ca_texture_filter import_filter_type(ca_props *props)
     return filter == 0 ? CA_FILTER_NEAREST : CA_FILTER_BILINEAR;
 }
 
-/* wrap_mode, or 0.6's for each axis, which must be the same. */
+/* wrap_mode, or 0.6's for each axis, which must be the same; "zero" is 0.6's. */
 static ca_texture_wrap import_wrap_mode(ca_props *props)
 {
-    static const char *const wraps[] = {"repeat", "mirror", "clamp"};
+    static const char *const wraps[] = {"repeat", "mirror", "clamp", "zero"};
     const size_t wrap = ca_props_choice(props, "wrap_mode", wraps, CA_COUNT(wraps), 0);
     const size_t u = ca_props_choice(props, "wrap_mode_u", wraps, CA_COUNT(wraps), wrap);
     if (ca_props_choice(props, "wrap_mode_v", wraps, CA_COUNT(wraps), wrap) != u)
@@ -202,12 +202,28 @@ static void import_mapped(ca_props *props, void *result)
     texture->as.mapped.child = nested_texture(props, "mapped");
 }
 
+/* Ours: how pbrt mixes by direction. */
+static void import_facing(ca_props *props, void *result)
+{
+    ca_texture *texture = result;
+    const ca_matrix identity = ca_matrix_identity();
+    double d[3] = {0.0, 1.0, 0.0};
+    ca_props_point(props, "direction", d);
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    texture->kind = CA_TEXTURE_FACING;
+    set_to_uv(texture, &identity);
+    if (!(length > 0.0)) ca_props_fail(props, "direction", "must have a length over 0");
+    texture->as.facing.direction =
+        (ca_vec3){(float)(d[0] / length), (float)(d[1] / length), (float)(d[2] / length)};
+}
+
 static const ca_plugin plugins[] = {
     {"bitmap", import_bitmap},
     {"mix", import_mix},
     {"power", import_power},
     {"clamp", import_clamp},
     {"mapped", import_mapped},
+    {"facing", import_facing},
     {"scale", import_scale},
     {"checkerboard", import_checkerboard},
     {"mesh_attribute", import_mesh_attribute},

@@ -52,6 +52,7 @@ static const ca_surface *pattern_place(ca_batch *batch, const ca_scene *scene, u
     const ca_mesh *mesh = scene->shapes[batch->hits.shape[i]].as.mesh.mesh;
     ca_surface *surface = &batch->vertices.surfaces[i];
     surface->position = ca_column3_at(&batch->vertices.position, i);
+    surface->ng = ca_column3_at(&batch->vertices.ng, i);
     surface->mesh = mesh;
     surface->primitive = batch->hits.primitive[i];
     surface->barycentric = surface->uv = (ca_vec2){batch->hits.u[i], batch->hits.v[i]};

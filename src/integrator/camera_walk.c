@@ -156,7 +156,7 @@ static void start_ray(ca_camera_walk *walk, ca_vec2 offset)
     w->throughput = ray.weight;
     w->start = w->eta2 = 1.0f;
     w->tail = 0.0;
-    w->flight = ca_camera_end(input->camera, ray.pdf_position, ray.pdf_direction, &walk->b->rules.reuse,
+    w->flight = ca_camera_end(ray.camera, ray.pdf_position, ray.pdf_direction, &walk->b->rules.reuse,
                               &w->densities[0]);
     w->densities[0].splat_scale = ca_bidirectional_splat_scale(walk->b, film);
     keep_point(walk, (ca_surface_point){.position = ray.origin});

@@ -45,7 +45,6 @@ static float distance_to_smooth(const ca_integrator_input *input, const ca_camer
 float ca_median_pixel_footprint(const ca_integrator_input *input)
 {
     const ca_camera *camera = input->camera;
-    const bool parallel = ca_camera_has_dirac_direction(camera);
     const ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT};
     float sides[SIDE * SIDE];
     size_t count = 0;
@@ -57,6 +56,7 @@ float ca_median_pixel_footprint(const ca_integrator_input *input)
         if (ca_rgb_is_black(ray.weight)) continue;
         const float distance = distance_to_smooth(input, &ray, &stream);
         if (distance < 0.0f) continue;
+        const bool parallel = ca_camera_has_dirac_direction(ray.camera);
         sides[count++] = parallel ? sqrtf(1.0f / ray.pdf_position.v) : distance * sqrtf(1.0f / ray.pdf_direction.v);
     }
     if (count == 0) return 1e-3f * ca_max(input->scene->radius, 1e-6f);

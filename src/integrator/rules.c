@@ -57,7 +57,7 @@ bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_in
     ca_rules_read(rules, type, input);
     const uint32_t light_paths = ca_light_paths_of_pass(type, input);
     const double camera_paths = ca_integrator_value(type, input, "camera_paths", 1.0);
-    rules->splat_count = (float)(light_paths / camera_paths);
+    rules->splat_count = (float)(light_paths / camera_paths) / (float)ca_camera_count(input->camera);
     rules->reuse.kind = CA_REUSE_FULL;
     rules->reuse.light_paths = (float)light_paths;
     if (rules->merge == CA_MERGE_NONE) return true;

@@ -21,7 +21,7 @@ static float weight_of(const ca_bidirectional *b, const lens_join *join, ca_bidi
     const ca_camera_direct *direct = &join->direct;
     ca_path_vertex lens;
     const ca_flight flight =
-        ca_camera_end(b->input.camera, direct->pdf_position, direct->pdf_direction, &b->rules.reuse, &lens);
+        ca_camera_end(direct->camera, direct->pdf_position, direct->pdf_direction, &b->rules.reuse, &lens);
     lens.splat_scale = ca_bidirectional_splat_scale(b, direct->film_position);
     const float cos_ratio = join->cos_out / w->last.cos_in;
     const ca_mis_path path =

@@ -55,6 +55,7 @@ static void table_size(const ca_light *light, uint32_t *width, uint32_t *height)
     case CA_TEXTURE_POWER:
     case CA_TEXTURE_CLAMP:
     case CA_TEXTURE_MAPPED:
+    case CA_TEXTURE_FACING:
     case CA_TEXTURE_MESH_ATTRIBUTE: *width = *height = GRID; break;
     case CA_TEXTURE_KIND_COUNT: break;
     }

@@ -26,16 +26,19 @@ static ca_vec2 texture_uv(const ca_texture *texture, ca_vec2 uv)
 static float wrap_coordinate(float u, ca_texture_wrap wrap)
 {
     float periodic = u;
+    if (wrap == CA_WRAP_ZERO) return isfinite(u) ? ca_clamp(u, -1.0f, 2.0f) : -1.0f; /* still outside */
     switch (wrap) {
     case CA_WRAP_REPEAT: periodic = u - floorf(u); break;
     case CA_WRAP_MIRROR: periodic = u - 2.0f * floorf(0.5f * u); break;
-    case CA_WRAP_CLAMP: break;
+    case CA_WRAP_CLAMP:
+    case CA_WRAP_ZERO: break;
     }
     const float end = wrap == CA_WRAP_MIRROR ? 2.0f * CA_ONE_MINUS_EPSILON : CA_ONE_MINUS_EPSILON;
     return isfinite(periodic) ? ca_clamp(periodic, 0.0f, end) : 0.0f;
 }
 
-/* A texel index, at most one outside of the period that wrap_coordinate leaves, brought into [0, size). */
+/* A texel index, at most one outside of the period that wrap_coordinate leaves, brought into [0, size); CA_NONE where
+ * there is none. */
 static uint32_t wrap_index(int32_t index, uint32_t size, ca_texture_wrap wrap)
 {
     const int32_t n = (int32_t)size;
@@ -44,6 +47,7 @@ static uint32_t wrap_index(int32_t index, uint32_t size, ca_texture_wrap wrap)
     case CA_WRAP_MIRROR:
         if (index < 0 || index >= 2 * n) return 0;
         return (uint32_t)(index < n ? index : 2 * n - 1 - index);
+    case CA_WRAP_ZERO: return index < 0 || index >= n ? CA_NONE : (uint32_t)index;
     case CA_WRAP_CLAMP: break;
     }
     return (uint32_t)(index < 0 ? 0 : index >= n ? n - 1 : index);
@@ -65,7 +69,12 @@ static texel_pair bilinear_texels(float coordinate, uint32_t size, ca_texture_wr
 
 static uint32_t nearest_texel(float coordinate, uint32_t size, ca_texture_wrap wrap)
 {
-    return wrap_index((int32_t)(wrap_coordinate(coordinate, wrap) * (float)size), size, wrap);
+    return wrap_index((int32_t)floorf(wrap_coordinate(coordinate, wrap) * (float)size), size, wrap);
+}
+
+static ca_rgb texel(const ca_image *image, uint32_t x, uint32_t y)
+{
+    return x == CA_NONE || y == CA_NONE ? (ca_rgb){0.0f, 0.0f, 0.0f} : ca_image_rgb(image, x, y);
 }
 
 static ca_rgb bitmap_eval(const ca_texture *texture, ca_vec2 surface_uv)
@@ -74,13 +83,13 @@ static ca_rgb bitmap_eval(const ca_texture *texture, ca_vec2 surface_uv)
     const ca_texture_wrap wrap = texture->as.bitmap.wrap;
     const ca_vec2 uv = texture_uv(texture, surface_uv);
     if (texture->as.bitmap.filter == CA_FILTER_NEAREST)
-        return ca_image_rgb(image, nearest_texel(uv.x, image->width, wrap),
-                            nearest_texel(1.0f - uv.y, image->height, wrap));
+        return texel(image, nearest_texel(uv.x, image->width, wrap),
+                     nearest_texel(1.0f - uv.y, image->height, wrap));
 
     const texel_pair x = bilinear_texels(uv.x, image->width, wrap);
     const texel_pair y = bilinear_texels(1.0f - uv.y, image->height, wrap);
-    const ca_rgb row0 = ca_rgb_lerp(ca_image_rgb(image, x.i0, y.i0), ca_image_rgb(image, x.i1, y.i0), x.w1);
-    const ca_rgb row1 = ca_rgb_lerp(ca_image_rgb(image, x.i0, y.i1), ca_image_rgb(image, x.i1, y.i1), x.w1);
+    const ca_rgb row0 = ca_rgb_lerp(texel(image, x.i0, y.i0), texel(image, x.i1, y.i0), x.w1);
+    const ca_rgb row1 = ca_rgb_lerp(texel(image, x.i0, y.i1), texel(image, x.i1, y.i1), x.w1);
     return ca_rgb_lerp(row0, row1, y.w1);
 }
 
@@ -93,10 +102,10 @@ static ca_vec2 bitmap_gradient(const ca_texture *texture, ca_vec2 surface_uv)
     const ca_vec2 uv = texture_uv(texture, surface_uv);
     const texel_pair x = bilinear_texels(uv.x, image->width, wrap);
     const texel_pair y = bilinear_texels(1.0f - uv.y, image->height, wrap);
-    const float f00 = ca_texture_scalar_of(ca_image_rgb(image, x.i0, y.i0));
-    const float f10 = ca_texture_scalar_of(ca_image_rgb(image, x.i1, y.i0));
-    const float f01 = ca_texture_scalar_of(ca_image_rgb(image, x.i0, y.i1));
-    const float f11 = ca_texture_scalar_of(ca_image_rgb(image, x.i1, y.i1));
+    const float f00 = ca_texture_scalar_of(texel(image, x.i0, y.i0));
+    const float f10 = ca_texture_scalar_of(texel(image, x.i1, y.i0));
+    const float f01 = ca_texture_scalar_of(texel(image, x.i0, y.i1));
+    const float f11 = ca_texture_scalar_of(texel(image, x.i1, y.i1));
     const float slope_x = (float)image->width * ca_lerp(f10 - f00, f11 - f01, y.w1);
     const float slope_y = -(float)image->height * ca_lerp(f01 - f00, f11 - f10, x.w1); /* rows run against v */
     const float(*m)[3] = texture->to_uv;
@@ -152,6 +161,12 @@ static ca_rgb mesh_attribute_eval(const ca_texture *texture, const ca_surface *s
     ca_rgb value = ca_rgb_scale(attribute_value(attribute, corner[0]), 1.0f - b1 - b2);
     value = ca_rgb_madd(value, b1, attribute_value(attribute, corner[1]));
     return ca_rgb_madd(value, b2, attribute_value(attribute, corner[2]));
+}
+
+/* A light's picture has no surface: 0. */
+static float facing_scalar(const ca_texture *texture, const ca_surface *surface)
+{
+    return fminf(fabsf(ca_dot(texture->as.facing.direction, surface->ng)), 1.0f);
 }
 
 static ca_surface moved_surface(const ca_texture *texture, const ca_surface *surface)
@@ -307,6 +322,7 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     case CA_TEXTURE_BITMAP: return bitmap_eval(texture, surface->uv);
     case CA_TEXTURE_CHECKERBOARD: return ca_texture_eval(table, checkerboard_color(texture, surface->uv), surface);
     case CA_TEXTURE_MESH_ATTRIBUTE: return mesh_attribute_eval(texture, surface);
+    case CA_TEXTURE_FACING: return ca_rgb_grey(facing_scalar(texture, surface));
     case CA_TEXTURE_SCALE: return not_negative(scale_eval(table, texture, surface));
     case CA_TEXTURE_MIX: return not_negative(mix_eval(table, texture, surface));
     case CA_TEXTURE_POWER:
@@ -393,6 +409,7 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
         return raised(ca_texture_mean(table, texture->as.power.child), texture->as.power.exponent);
     case CA_TEXTURE_CLAMP: return at_most_one(ca_texture_mean(table, texture->as.clamp.child));
     case CA_TEXTURE_MAPPED: return ca_texture_mean(table, texture->as.mapped.child);
+    case CA_TEXTURE_FACING: return ca_rgb_grey(0.5f);
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }
@@ -418,6 +435,7 @@ float ca_texture_max(const ca_texture *table, ca_texture_id id)
         return powf(ca_texture_max(table, texture->as.power.child), texture->as.power.exponent);
     case CA_TEXTURE_CLAMP: return fminf(ca_texture_max(table, texture->as.clamp.child), 1.0f);
     case CA_TEXTURE_MAPPED: return ca_texture_max(table, texture->as.mapped.child);
+    case CA_TEXTURE_FACING:
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }

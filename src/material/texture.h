@@ -24,11 +24,13 @@ typedef enum ca_texture_kind {
     CA_TEXTURE_POWER,
     CA_TEXTURE_CLAMP,
     CA_TEXTURE_MAPPED,
+    CA_TEXTURE_FACING,
     CA_TEXTURE_KIND_COUNT
 } ca_texture_kind;
 
 typedef enum ca_texture_filter { CA_FILTER_NEAREST, CA_FILTER_BILINEAR } ca_texture_filter;
-typedef enum ca_texture_wrap { CA_WRAP_REPEAT, CA_WRAP_MIRROR, CA_WRAP_CLAMP } ca_texture_wrap;
+/* The last one: outside of the picture all texels are 0. */
+typedef enum ca_texture_wrap { CA_WRAP_REPEAT, CA_WRAP_MIRROR, CA_WRAP_CLAMP, CA_WRAP_ZERO } ca_texture_wrap;
 
 typedef struct ca_texture {
     ca_texture_kind kind;
@@ -70,6 +72,9 @@ typedef struct ca_texture {
             float to_texture[3][4]; /* from the world to the texture's space */
         } mapped;
         struct {
+            ca_vec3 direction; /* unit, of the world; grey: the cosine between it and the line of ng */
+        } facing;
+        struct {
             /* "vertex_..." or "face_..."; of less than three components: grey of the first; black where the mesh has
              * none of that name. */
             const char *name;
@@ -82,7 +87,8 @@ ca_texture ca_texture_constant(ca_rgb value);
 /* Does its value depend on the surface's uv? */
 static inline bool ca_texture_reads_uv(const ca_texture *texture)
 {
-    return texture->kind != CA_TEXTURE_CONSTANT && texture->kind != CA_TEXTURE_MESH_ATTRIBUTE;
+    return texture->kind != CA_TEXTURE_CONSTANT && texture->kind != CA_TEXTURE_MESH_ATTRIBUTE &&
+           texture->kind != CA_TEXTURE_FACING;
 }
 
 /* What the two below do for everything but constants. */
@@ -119,7 +125,8 @@ ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_
 
 /* Mean, and an upper bound of the components' size, over the unit square of a texture's own coordinates: for powers
  * and for choosing lobes.
- * A mesh attribute answers with (1, 1, 1). Cost: one pass over a bitmap's pixels. */
+ * A mesh attribute answers with (1, 1, 1), a cosine with a mean over all directions. Cost: one pass over a bitmap's
+ * pixels. */
 ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id);
 float ca_texture_max(const ca_texture *table, ca_texture_id id);
 

@@ -47,7 +47,8 @@ typedef struct ca_mis_rules {
     uint32_t merge_limit; /* merges at the first so many connectable vertices from the camera; UINT32_MAX: all */
     bool has_tails;       /* ca_mis_has_tails; may be false where it is true */
     bool photon_sums;     /* photons keep ca_photon_sums, and merges are weighted by these; with tails only */
-    float splat_count;    /* N_F / N_B; where N_B is a map, of any one N_B, which splat_scale is relative to */
+    float splat_count;    /* N_F / N_B; where N_B is a map, of any one N_B, which splat_scale is relative to; over the
+                           * number of cameras, one of which a splat chooses */
     float merge_area;     /* pi r^2, m^2 */
     ca_reuse_rules reuse;
 } ca_mis_rules;

@@ -290,18 +290,25 @@ static float realistic_extent(const ca_realistic *camera)
     return (float)(camera->scale * (ca_lens_length(&camera->lens) + camera->film_distance + 2.0 * aperture));
 }
 
+/* How far from the origin its rays may begin. */
+static float extent_of_camera(const ca_camera *camera)
+{
+    const float (*m)[4] = camera->map.to;
+    float extent = 0.0f;
+    for (int c = 0; c < 4; c++) extent += ca_length((ca_vec3){m[0][c], m[1][c], m[2][c]});
+    if (camera->kind == CA_CAMERA_THIN_LENS) extent += camera->as.thin_lens.lens_radius;
+    if (camera->kind == CA_CAMERA_REALISTIC) extent += realistic_extent(&camera->as.realistic);
+    return extent;
+}
+
 /* No ray begins farther away: shapes and what lies around them (rays from lights at infinity begin there), the
  * camera, lights at a point. */
 static float extent_of(const ca_scene *scene)
 {
     const ca_camera *camera = &scene->desc.camera.camera;
-    const float (*m)[4] = camera->map.to;
+    const ca_camera *cameras = camera->kind == CA_CAMERA_PANELS ? camera->as.panels.cameras : camera;
     float extent = farthest(scene->low, scene->high) + 4.0f * scene->radius;
-    float of_camera = 0.0f;
-    for (int c = 0; c < 4; c++) of_camera += ca_length((ca_vec3){m[0][c], m[1][c], m[2][c]});
-    if (camera->kind == CA_CAMERA_THIN_LENS) of_camera += camera->as.thin_lens.lens_radius;
-    if (camera->kind == CA_CAMERA_REALISTIC) of_camera += realistic_extent(&camera->as.realistic);
-    extent = ca_max(extent, of_camera);
+    for (uint32_t i = 0; i < ca_camera_count(camera); i++) extent = ca_max(extent, extent_of_camera(&cameras[i]));
     for (size_t i = 0; i < scene->desc.lights.count; i++) {
         const ca_light_desc *light = &scene->desc.lights.items[i];
         if (light->kind != CA_LIGHT_POINT) continue;

@@ -174,6 +174,7 @@ static void compare(record_check *c, const ca_observed_path *observed, const tra
     t->dirac[technique] += tells_of_dirac(path, &expected);
     t->of_light[path->light->kind]++;
     t->of_camera[path->camera->kind]++;
+    if (c->camera->kind == CA_CAMERA_PANELS) t->of_camera[CA_CAMERA_PANELS]++;
     if (largest <= CHECK_TOLERANCE) return;
     t->loose[technique]++;
     t->loosest[technique] = fmax(t->loosest[technique], largest);

@@ -90,6 +90,22 @@ static void read_emission(const ca_emission_guide *guide, uint32_t light, traced
     path->disk_density = disk_density(guide, light, path->scene, point, way);
 }
 
+/* Of several side by side the one in whose lens the path begins: they are far apart. */
+static const ca_camera *camera_at(const ca_camera *camera, ca_vec3 position)
+{
+    if (camera->kind != CA_CAMERA_PANELS) return camera;
+    const ca_camera *nearest = NULL;
+    float least = INFINITY;
+    for (uint32_t i = 0; i < camera->as.panels.count; i++) {
+        const float(*m)[4] = camera->as.panels.cameras[i].map.to;
+        const float distance = ca_length(ca_sub(position, (ca_vec3){m[0][3], m[1][3], m[2][3]}));
+        if (distance >= least) continue;
+        least = distance;
+        nearest = &camera->as.panels.cameras[i];
+    }
+    return nearest;
+}
+
 bool traced_path_read(const ca_observed_path *observed, const ca_scene *scene, const ca_camera *camera,
                       const ca_emission_guide *guide, float (*density)(const void *user, ca_vec3 position),
                       const void *user, traced_path *path)
@@ -98,7 +114,7 @@ bool traced_path_read(const ca_observed_path *observed, const ca_scene *scene, c
     if (n > CA_FULL_PATH_MAX) return false;
     const uint32_t light = light_number(observed, scene);
     *path = (traced_path){.scene = scene,
-                          .camera = camera,
+                          .camera = camera_at(camera, observed->camera[0].position),
                           .light = &scene->lights[light],
                           .factors = observed->path->factors,
                           .n = n,

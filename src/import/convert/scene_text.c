@@ -160,6 +160,7 @@ static void note_foreign(ca_scene_writer *w, const ca_xml_node *node)
     static const char *const unknown[][2] = {{"sensor", "realistic"}, {"bsdf", "roughdiffuse"}, {"bsdf", "phong"},
                                              {"bsdf", "mixturebsdf"}, {"texture", "scale"}, {"texture", "mix"},
                                              {"texture", "power"}, {"texture", "clamp"}, {"texture", "mapped"},
+                                             {"texture", "facing"},
                                              {"shape", "heightfield"}};
     bool foreign = is(node->tag, "integrator") || is(node->tag, "sampler");
     for (size_t i = 0; i < CA_COUNT(known); i++)
@@ -169,6 +170,9 @@ static void note_foreign(ca_scene_writer *w, const ca_xml_node *node)
     if (foreign)
         ca_import_note(w->importer, &node->where, "Mitsuba 3 has no %s \"%s\"; it is written as it is", node->tag,
                        type_of(node));
+    const ca_xml_node *wrap = is(node->tag, "texture") ? child_named(node, "wrap_mode") : NULL;
+    if (wrap && is(ca_xml_attribute_value(wrap, "value"), "zero"))
+        ca_import_note(w->importer, &node->where, "Mitsuba 3 has no wrap_mode \"zero\"; it is written as it is");
 }
 
 /* ---- Files ----------------------------------------------------------------------------------------------------- */

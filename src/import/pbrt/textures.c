@@ -251,6 +251,22 @@ static ca_pbrt_value read_mix(const texture_reading *r)
     return result;
 }
 
+/* The first where the surface lies across a direction, of the directive's space, and the second along it. */
+static ca_pbrt_value read_direction_mix(const texture_reading *r)
+{
+    ca_pbrt *p = r->p;
+    const ca_matrix *ctm = &p->state.ctm;
+    const ca_pbrt_value a = value_of(r, "tex1", 0.0), b = value_of(r, "tex2", 1.0);
+    double d[3] = {0.0, 1.0, 0.0}, across[3];
+    ca_pbrt_point(&p->params, "dir", d);
+    for (int i = 0; i < 3; i++) across[i] = ctm->m[i][0] * d[0] + ctm->m[i][1] * d[1] + ctm->m[i][2] * d[2];
+    if (!(fabs(across[0]) + fabs(across[1]) + fabs(across[2]) > 0.0))
+        ca_pbrt_fail(&p->params, "dir", "must have a length over 0");
+    const ca_pbrt_value weight = {.id = ca_pbrt_new_id(p, "facing", NULL)};
+    ca_tree_point(&p->tree, add_texture(p, "facing", weight.id), "direction", across);
+    return put_mix(r, &b, &a, &weight);
+}
+
 /* Where a number is asked for, the tree's checkerboard has its colours exchanged. */
 static ca_pbrt_value read_checkerboard(const texture_reading *r)
 {
@@ -269,11 +285,8 @@ static ca_pbrt_value read_checkerboard(const texture_reading *r)
 
 static const char *wrap_mode(ca_pbrt *p)
 {
-    static const char *const modes[] = {"repeat", "clamp", "black"};
-    const size_t mode = ca_pbrt_choice(&p->params, "wrap", modes, CA_COUNT(modes), 0);
-    if (mode < 2) return modes[mode];
-    ca_import_note(p->importer, &p->params.where, "texture wrap \"black\" is read as \"clamp\"");
-    return "clamp";
+    static const char *const modes[] = {"repeat", "clamp", "black"}, *const ours[] = {"repeat", "clamp", "zero"};
+    return ours[ca_pbrt_choice(&p->params, "wrap", modes, CA_COUNT(modes), 0)];
 }
 
 /* Version 4's encoding, version 3's gamma. */
@@ -347,11 +360,10 @@ typedef struct texture_kind {
 
 static const texture_kind kinds[] = {
     {"constant", read_constant},         {"scale", read_scale},    {"mix", read_mix},
-    {"checkerboard", read_checkerboard}, {"imagemap", read_image},
+    {"checkerboard", read_checkerboard}, {"imagemap", read_image}, {"directionmix", read_direction_mix},
 };
 
-static const char *const unsupported[] = {"bilerp", "directionmix", "dots",     "fbm",  "marble",
-                                          "ptex",   "uv",           "wrinkled", "windy"};
+static const char *const unsupported[] = {"bilerp", "dots", "fbm", "marble", "ptex", "uv", "wrinkled", "windy"};
 
 static const texture_kind *find_kind(ca_pbrt *p, const char *name)
 {
