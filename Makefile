@@ -77,6 +77,7 @@ fuzz:
 	@cmake --preset fuzz --log-level=NOTICE >/dev/null && cmake --build build-fuzz --parallel $(JOBS) --target fuzzers
 	@scripts/fuzz.sh build-fuzz $(or $(HOURS),1) $(ONLY)
 
+mutants: PACKAGE_GROUPS += mutants
 mutants: dependencies
 	@scripts/run-mutants.sh $(ONLY)
 

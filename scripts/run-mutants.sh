@@ -7,28 +7,36 @@
 # lines:
 #
 #   Bug: what is wrong now, in a sentence.
-#   Killed-by: test_X
+#   Killed-by: test_X [CASE]
 #
-# A mutant is killed when test_X fails. These have failed: one that applies no longer (lines of context must be the
-# same, they may have moved), one that does not compile, one that test_X passes. Of the last kind the other fast tests
-# are run, too, until one fails, and it is named. A test that fails by the time limit has killed, and is marked. All
-# test_X must pass before anything is changed.
+# A mutant is killed when test_X fails, which is stopped at the first of its cases that does. With CASE, the name of
+# one of them, only that one is run: for programs in which others take long. These have failed: a mutant that applies
+# no longer (lines of context must be the same, they may have moved), one that does not compile, one that its test
+# passes. Of the last kind all fast tests are run, until one fails, and it is named. A test that fails by the time
+# limit has killed, and is marked. All that is named must pass before anything is changed.
 #
-# Prints a line for each mutant as it ends, then those that failed, and last of all exactly "N killed, N failed". Exit
-# status 1 when any failed or none was found.
+# Prints a line for each mutant as it ends, how long it all took, those that failed, and last of all exactly
+# "N killed, N failed". Exit status 1 when any failed or none was found.
 #
-# Copies, builds and logs are in build-mutants/, one copy for each mutant at a time; the checkout is not touched.
+# Copies, builds and logs are in build-mutants/, one copy for each mutant at a time; the checkout is not touched. Most
+# of a mutant's time would go by in make's look at each file and in compiling again what the mutant before it changed:
+# ninja and ccache spare both, and are used where they are installed.
+#
 # CA_MUTANT_JOBS: mutants at a time (default: the number of processors). CA_MUTANT_TIMEOUT: seconds for each test
-# (180). CA_MUTANT_SEARCH=0: a mutant that test_X passes has failed without a look at other tests.
+# (180). CA_MUTANT_SEARCH=0: a mutant that its test passes has failed without a look at other tests.
 set -u
 project=$(cd "$(dirname "$0")/.." && pwd)
 work=$project/build-mutants
 slot=$work/${CA_MUTANT_SLOT:-0}
 copy=$slot/source
-build=$slot/build
+generator='Unix Makefiles'
+! command -v ninja >/dev/null || generator=Ninja
+build=$slot/build-${generator// /-}
+# An object that one copy has compiled is there for all copies.
+export CCACHE_DIR=$work/ccache CCACHE_BASEDIR=$slot CCACHE_NOHASHDIR=1
 
 header() { sed -n "s/^$1: *//p;/^--- /q" "$2"; } # header FIELD PATCH
-named_test() { header Killed-by "$1" | awk '{ print $1; exit }'; }
+named_test() { header Killed-by "$1" | awk '{ print $1 ($2 ? " " $2 : ""); exit }'; } # "test_X" or "test_X CASE"
 
 # ---- one copy of the sources: each of these runs within the slot that xargs gives it ------------------------------
 
@@ -56,15 +64,15 @@ bring_copy_up_to_date() {
 compile() { # compile LOG TARGET...
     local log=$1
     shift
-    cmake --build "$build" --target "$@" >"$log" 2>&1
+    cmake --build "$build" --parallel "$(nproc)" --target "$@" >"$log" 2>&1
 }
 
 # Sets `outcome` to pass, fail or time-out, and `details`.
-run_test() { # run_test NAME
+run_test() { # run_test NAME [CASE]
     local output status
     grep -E "/$1(\.sh)?\$" "$build/tests/tests.list" >"$build/tests/mutant.list"
-    output=$(CA_TEST_ONLY='' CA_TEST_JOBS=1 CA_TEST_TIMEOUT=${CA_MUTANT_TIMEOUT:-180} \
-        "$copy/scripts/run-tests.sh" "$build" mutant)
+    output=$(CA_TEST_ONLY='' CA_TEST_JOBS=1 CA_TEST_STOP=1 CA_TEST_CASE=${2:-} \
+        CA_TEST_TIMEOUT=${CA_MUTANT_TIMEOUT:-180} "$copy/scripts/run-tests.sh" "$build" mutant)
     status=$?
     outcome=fail
     [ $status -ne 0 ] || outcome=pass
@@ -75,29 +83,31 @@ run_test() { # run_test NAME
 
 prepare() { # prepare TEST...
     bring_copy_up_to_date
-    cmake -S "$copy" -B "$build" -DCMAKE_BUILD_TYPE=Release -DCA_LTO=OFF -DCA_WERROR=OFF >"$slot/prepare.log" 2>&1 &&
-        cmake --build "$build" --target "$@" >>"$slot/prepare.log" 2>&1 && return
-    echo "the sources as they are do not build: $slot/prepare.log" >&2
+    cmake -S "$copy" -B "$build" -G "$generator" -DCMAKE_C_COMPILER_LAUNCHER="$(command -v ccache)" \
+        -DCMAKE_BUILD_TYPE=Release -DCA_LTO=OFF -DCA_WERROR=OFF >"$slot/configure.log" 2>&1 &&
+        compile "$slot/prepare.log" "$@" && return
+    echo "the sources as they are do not build: $slot/configure.log, $slot/prepare.log" >&2
     exit 1
 }
 
-check_unmutated() { # check_unmutated TEST
-    log=$work/logs/unmutated-$1.log
+check_unmutated() { # check_unmutated "TEST [CASE]"
+    log="$work/logs/unmutated-$1.log"
     : >"$log"
-    run_test "$1"
+    # shellcheck disable=SC2086 # a test and perhaps its case
+    run_test $1
     [ "$outcome" != pass ] || exit 0
     echo "the sources as they are fail $1: $log" >&2
     exit 1
 }
 
-# Which other fast test fails? Sets `killer`; empty: none.
+# Which fast test fails, if not the named one? Sets `killer`; empty: none.
 search_killer() {
     local program name
     killer=
     compile "$work/logs/$mutant-all.log" all tests || return
     while IFS= read -r program; do
         name=$(basename "$program" .sh)
-        [ "$name" != "$test" ] || continue
+        [ "$name" != "$named" ] || continue
         run_test "$name"
         [ "$outcome" = pass ] || { killer=$name; return; }
     done <"$build/tests/tests.list"
@@ -106,16 +116,17 @@ search_killer() {
 # Sets `verdict`, which begins with "killed" or "FAILED".
 try_mutant() {
     verdict="FAILED: does not compile ($log)"
-    compile "$log" "$test" || return
-    run_test "$test"
+    compile "$log" "${named%% *}" || return
+    # shellcheck disable=SC2086 # a test and perhaps its case
+    run_test $named
     case $outcome in
-    fail) verdict="killed by $test: $details" && return ;;
-    time-out) verdict="killed by $test, BY THE TIME LIMIT: $details" && return ;;
+    fail) verdict="killed by $named: $details" && return ;;
+    time-out) verdict="killed by $named, BY THE TIME LIMIT: $details" && return ;;
     esac
-    verdict="FAILED: survives $test"
+    verdict="FAILED: survives $named"
     [ "${CA_MUTANT_SEARCH:-1}" != 0 ] || return
     search_killer
-    verdict="FAILED: survives $test${killer:+, killed by $killer}"
+    verdict="FAILED: survives $named${killer:+, killed by $killer}"
     [ -n "$killer" ] || verdict="$verdict and all other tests"
 }
 
@@ -126,7 +137,7 @@ change_copy() { # change_copy PATCH OPTION...
 run_mutant() { # run_mutant FILE
     local patch=$project/tests/mutants/$1
     mutant=${1%.patch}
-    test=$(named_test "$patch")
+    named=$(named_test "$patch")
     log=$work/logs/$mutant.log
     if change_copy "$patch" --forward --dry-run >"$log" 2>&1; then
         change_copy "$patch" --forward >>"$log" 2>&1
@@ -135,6 +146,7 @@ run_mutant() { # run_mutant FILE
     else
         verdict="FAILED: no longer applies ($log)"
     fi
+    times >>"$log" # of the processor, which other work on the machine does not lengthen
     printf '%-36s %s\n' "$mutant" "$verdict" | tee "$work/results/$mutant"
 }
 
@@ -151,29 +163,29 @@ names=$(cd "$project/tests/mutants" && printf '%s\n' *.patch | grep -E "${patter
     { echo "no mutant of tests/mutants/ has such a name" >&2; exit 1; }
 for name in $names; do
     patch=$project/tests/mutants/$name
-    [ -n "$(header Bug "$patch")" ] && [ -f "$project/tests/$(named_test "$patch").c" ] && continue
-    echo "$patch: the lines \"Bug: ...\" and \"Killed-by: test_X\" must come first, with a tests/test_X.c" >&2
+    [ -n "$(header Bug "$patch")" ] && [ -f "$project/tests/$(named_test "$patch" | cut -d ' ' -f 1).c" ] && continue
+    echo "$patch: the lines \"Bug: ...\" and \"Killed-by: test_X [CASE]\" must come first, with a tests/test_X.c" >&2
     exit 1
 done
-tests=$(for name in $names; do named_test "$project/tests/mutants/$name"; done | LC_ALL=C sort -u)
+named=$(for name in $names; do named_test "$project/tests/mutants/$name"; done | LC_ALL=C sort -u)
+programs=$(printf '%s\n' "$named" | cut -d ' ' -f 1 | uniq)
 jobs=${CA_MUTANT_JOBS:-$(nproc)}
 
 in_slots() { xargs -d '\n' -n 1 -P "$jobs" --process-slot-var=CA_MUTANT_SLOT "$project/scripts/run-mutants.sh" "$1"; }
 
 mkdir -p "$work/logs" "$work/results"
 rm -f "$work"/results/* "$work"/logs/*
-# A slot of its own for each copy: all begin at once.
+# One copy after the other: the first one's objects are there for the next.
 for ((i = 0; i < jobs; i++)); do
-    # shellcheck disable=SC2086 # one word per test is meant
-    CA_MUTANT_SLOT=$i "$project/scripts/run-mutants.sh" --prepare $tests &
-    prepared[i]=$!
+    # shellcheck disable=SC2086 # one word per program is meant
+    CA_MUTANT_SLOT=$i "$project/scripts/run-mutants.sh" --prepare $programs || exit 1
 done
-for id in "${prepared[@]}"; do wait "$id" || exit 1; done
-printf '%s\n' "$tests" | in_slots --unmutated || exit 1
-echo "$(printf '%s\n' "$tests" | wc -l) test programs pass before anything is changed"
+printf '%s\n' "$named" | in_slots --unmutated || exit 1
+echo "$(printf '%s\n' "$programs" | wc -l) test programs pass before anything is changed"
 printf '%s\n' "$names" | in_slots --one
 
 killed=$(cat "$work"/results/* | grep -c '^[^ ]* *killed')
+echo "after $((SECONDS / 60)) minutes"
 failed=$(($(printf '%s\n' "$names" | wc -l) - killed))
 [ "$failed" -eq 0 ] || grep -h FAILED "$work"/results/*
 echo "$killed killed, $failed failed" | tee "$work/summary"

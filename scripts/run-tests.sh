@@ -11,34 +11,51 @@
 # ends with an error after all of its tests passed (a leak found at exit).
 #
 # CA_TEST_JOBS: programs at a time (default: the number of processors). CA_TEST_TIMEOUT: seconds for each (300).
-# CA_TEST_VERBOSE=1 shows all output. CA_TEST_ONLY: a pattern for the names of the programs to run.
+# CA_TEST_VERBOSE=1 shows all output. CA_TEST_ONLY: a pattern for the names of the programs to run. CA_TEST_STOP=1: a
+# program is stopped when its first test has failed. CA_TEST_CASE: the one test to run of each program (cmocka's).
 # Logs stay in BUILD_FOLDER/tests/NAME.log.
 set -u
+
+# Sets `stopped` when a test of the program has failed and the program was still there to be stopped.
+stop_at_failure() {
+    while kill -0 "$watched"; do
+        grep '^not ok' "$log" | grep -qv '# *SKIP' && kill "$watched" && stopped=1 && return
+        sleep 0.05
+    done
+}
 
 # One program: log, result file "passed failed skipped", report. Runs as a process of its own, by xargs.
 if [ "${1:-}" = --one ]; then
     program=$2
     name=$(basename "$program")
     log=$CA_BUILD_DIR/tests/$name.log
+    stopped=
+    set -m # or what runs in the background would ignore interrupts, and what it tests, too
     started=$(date +%s.%N)
-    { timeout -k 10 "$CA_TEST_TIMEOUT" "$program" >"$log" 2>&1 </dev/null; } 2>/dev/null # no word from bash itself
-    status=$?
+    {
+        timeout -k 10 "$CA_TEST_TIMEOUT" "$program" >"$log" 2>&1 </dev/null &
+        watched=$!
+        [ "${CA_TEST_STOP:-0}" != 1 ] || stop_at_failure
+        wait "$watched"
+        status=$?
+    } 2>/dev/null # no word from bash itself
     seconds=$(awk -v a="$started" -v b="$(date +%s.%N)" 'BEGIN { printf "%.1f", b - a }')
-    read -r passed failed skipped < <(awk -v status=$status '
+    read -r passed failed skipped < <(awk -v status=$status -v stopped=$stopped '
         /^1\.\.[0-9]+/ { plan += substr($1, 4) }
         /^(not )?ok [0-9]* *(- .*)?# *SKIP/ { skipped++; next } # cmocka 1.1 writes "not ok" here
         /^ok / { passed++ }
         /^not ok / { failed++ }
         END {
             if (plan == 0 && !failed) failed = 1
-            if (passed + failed + skipped < plan) failed = plan - passed - skipped
+            if (passed + failed + skipped < plan && !stopped) failed = plan - passed - skipped
             if (status != 0 && !failed) failed = 1
             print passed + 0, failed + 0, skipped + 0
         }' "$log")
     echo "$passed $failed $skipped" >"$log.result"
 
     why=
-    if [ $status -eq 124 ] || [ $status -eq 137 ]; then why=", stopped after $CA_TEST_TIMEOUT s"
+    if [ -n "$stopped" ]; then why=", its failure ended it"
+    elif [ $status -eq 124 ] || [ $status -eq 137 ]; then why=", stopped after $CA_TEST_TIMEOUT s"
     elif [ $status -gt 128 ]; then why=", killed by signal $((status - 128))"
     elif ! grep -q '^1\.\.' "$log"; then why=", reported no tests"
     elif [ $status -ne 0 ]; then why=", exit status $status"; fi

@@ -239,6 +239,33 @@ static void test_trial_is_as_noisy(void **state)
     ca_scene_release(wall);
 }
 
+/* A merge in a trial finds as many photons as one in the render: fewer over larger pixels, in a larger radius. */
+static void test_trial_merges_alike(void **state)
+{
+    (void)state;
+    ca_scene *scene = bundled_scene("cornell-box/cornell-box");
+    ca_render_settings settings = auto_settings("auto:alpha=0,radius=1", 1);
+    settings.width = settings.height = RENDER_SIDE;
+    ca_render_plan plan;
+    ca_method_trial trial;
+    const ca_method methods[] = {{.type = &ca_integrator_bdpm}, {.type = &ca_integrator_vcm, .light_paths_log4 = -1}};
+    const ca_method_radii radii = {.photons_alone = 8.0, .with_connections = 8.0}; /* not used: one is set */
+    ca_error error;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
+    for (size_t i = 0; i < 2; i++) {
+        const ca_integrator_type *type = methods[i].type;
+        assert_int_equal(ca_method_trial_create(&trial, &plan, &methods[i], &radii, NULL, &error), CA_OK);
+        assert_true(trial.area > 4.0);
+        const double light_paths = ca_integrator_value(type, &trial.plan.input, "light_paths", 0.0);
+        assert_true(fabs(light_paths - ca_method_light_paths(&methods[i], &plan) / trial.area) <= 0.5);
+        const double radius = ca_integrator_value(type, &trial.plan.input, "radius", 0.0);
+        assert_true(fabs(radius * radius / trial.area - 1.0) < 1e-6);
+        assert_true(ca_integrator_value(type, &trial.plan.input, "alpha", 1.0) == 0.0);
+        ca_method_trial_destroy(&trial);
+    }
+    ca_scene_release(scene);
+}
+
 /* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 typedef struct auto_render {
@@ -473,6 +500,7 @@ int main(void)
         cmocka_unit_test(test_configure),
         cmocka_unit_test(test_radii),
         cmocka_unit_test(test_trial_is_as_noisy),
+        cmocka_unit_test(test_trial_merges_alike),
         cmocka_unit_test(test_bits_are_those_of_the_method),
         cmocka_unit_test(test_choices),
         cmocka_unit_test(test_guide),

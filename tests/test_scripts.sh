@@ -19,18 +19,18 @@ verdict() { # verdict NAME EXPECTED ACTUAL
 }
 
 # ---- run-tests.sh: the last line for one made-up program, given by its shell commands
-counted() {
+counted() { # counted COMMANDS [STOP_AT_FAILURE]
     mkdir -p "$folder/build/tests"
     printf '#!/bin/bash\n%s\n' "$1" >"$folder/build/tests/made_up"
     chmod +x "$folder/build/tests/made_up"
     echo "$folder/build/tests/made_up" >"$folder/build/tests/tests.list"
     local output status
-    output=$(CA_TEST_ONLY='' CA_TEST_TIMEOUT=1 "$scripts/run-tests.sh" "$folder/build" tests)
+    output=$(CA_TEST_ONLY='' CA_TEST_TIMEOUT=1 CA_TEST_STOP=${2:-0} "$scripts/run-tests.sh" "$folder/build" tests)
     status=$?
     echo "$(printf '%s\n' "$output" | tail -n 1), status $status"
 }
 
-echo "1..31"
+echo "1..34"
 verdict "all pass" "2 passed, 0 failed, status 0" "$(counted 'echo 1..2; echo ok 1 - a; echo ok 2 - b')"
 verdict "two groups" "2 passed, 0 failed, status 0" "$(counted 'echo 1..1; echo ok 1 - a; echo 1..1; echo ok 1 - b')"
 verdict "one fails" "1 passed, 1 failed, status 1" "$(counted 'echo 1..2; echo ok 1 - a; echo not ok 2 - b; exit 1')"
@@ -42,6 +42,10 @@ verdict "over the time limit" "0 passed, 1 failed, status 1" "$(counted 'echo 1.
 verdict "silence" "0 passed, 1 failed, status 1" "$(counted 'exit 0')"
 verdict "an error after the last test" "1 passed, 1 failed, status 1" "$(counted 'echo 1..1; echo ok 1 - a; exit 23')"
 verdict "ends too early without an error" "1 passed, 1 failed, status 1" "$(counted 'echo 1..2; echo ok 1 - a')"
+verdict "stopped when the first has failed" "0 passed, 1 failed, status 1" \
+    "$(counted 'echo 1..3; echo not ok 1 - a; sleep 0.5; echo not ok 2 - b; sleep 5' 1)"
+verdict "no failure to stop at" "1 passed, 0 failed, 1 skipped, status 0" \
+    "$(counted 'echo 1..2; echo "not ok 1 # SKIP a"; sleep 0.2; echo ok 2 - b' 1)"
 
 # ---- check-sources.sh: complaints about one file in a tree of its own
 complaints() { # complaints PATH LINES
@@ -87,8 +91,9 @@ printf '%s\n' 'int one(void) { return 1; }' '' 'int two(void) { return 2; }' '' 
     >"$folder/mutated/src/numbers.c"
 for number_of in one=1 two=2; do
     name=${number_of%=*}
-    printf '%s\n' '#include <stdio.h>' "int $name(void);" 'int main(void)' '{' \
-        "    puts($name() == ${number_of#*=} ? \"1..1\\nok 1\" : \"1..1\\nnot ok 1\");" '}' \
+    printf '%s\n' '#include <stdio.h>' '#include <stdlib.h>' "int $name(void);" 'int main(void)' '{' \
+        "    int wrong = $name() != ${number_of#*=}, dull = *getenv(\"CA_TEST_CASE\") == 'd';" \
+        "    puts(wrong && !dull ? \"1..1\\nnot ok 1\" : \"1..1\\nok 1\");" '}' \
         >"$folder/mutated/tests/test_$name.c"
 done
 cat >"$folder/mutated/CMakeLists.txt" <<'END'
@@ -111,6 +116,7 @@ mutant() { # mutant NAME TEST OLD NEW
 }
 mutant finds test_one 'return 1' 'return 0'
 mutant other test_one 'return 2' 'return 1'
+mutant case 'test_two dull' 'return 2' 'return 1'
 mutant passes test_two 'return 3' 'return 4'
 mutant broken test_two 'return 3' 'return return'
 mutant stale test_two 'return 3' 'return 4'
@@ -119,7 +125,8 @@ told=$(CA_MUTANT_JOBS=2 "$folder/mutated/scripts/run-mutants.sh")
 said() { grep -o "^$1 .*" <<<"$told" | head -n 1 | sed -E "s/^$1 *//; s/ ?\(.*//"; }
 verdict "a mutant that its test finds" "killed by test_one: 0 passed, 1 failed" "$(said finds)"
 verdict "a mutant that another test finds" "FAILED: survives test_one, killed by test_two" "$(said other)"
+verdict "a mutant that its case does not find" "FAILED: survives test_two dull, killed by test_two" "$(said case)"
 verdict "a mutant that no test finds" "FAILED: survives test_two and all other tests" "$(said passes)"
 verdict "a mutant that does not compile" "FAILED: does not compile" "$(said broken)"
 verdict "a mutant whose context is gone" "FAILED: no longer applies" "$(said stale)"
-verdict "the count of mutants" "1 killed, 4 failed" "$(printf '%s\n' "$told" | tail -n 1)"
+verdict "the count of mutants" "1 killed, 5 failed" "$(printf '%s\n' "$told" | tail -n 1)"
