@@ -91,7 +91,10 @@ int main(int argc, char **argv)
         ca_status (*load)(ca_scene **scene, ca_error *error);
         uint32_t samples;
     } scenes[] = {
-        {"cornell-box", load_cornell_box, 24}, {"terrain", bench_scene_terrain, 16}, {"balls", bench_scene_balls, 16}};
+        {"cornell-box", load_cornell_box, 24},
+        {"terrain", bench_scene_terrain, 16},
+        {"balls", bench_scene_balls, 16},
+    };
     json_t *figures = json_object();
     for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
         ca_error error;
