@@ -32,7 +32,7 @@ TAGS = {
              "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf", "difftrans",
              "ward", "principledthin", "coating", "roughcoating"],
     "emitter": ["area", "directionalarea", "point", "spot", "directional", "constant", "envmap", "projector"],
-    "texture": ["bitmap", "checkerboard", "scale", "mix", "power", "clamp", "mapped", "mesh_attribute", "vertexcolors"],
+    "texture": ["bitmap", "checkerboard", "scale", "mix", "power", "clamp", "facing", "mapped", "mesh_attribute", "vertexcolors"],
 }
 _TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}
 

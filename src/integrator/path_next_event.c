@@ -115,15 +115,15 @@ static void choose_corners(const path_state *state, const ca_vertex_batch *v, ca
                            choice_batch *choices)
 {
     const ca_even_light *light = &state->scene->even_lights[choices->light[i]];
-    const ca_shape *shape = state->scene->lights[choices->light[i]].as.area.shape;
+    const ca_light *rest = &state->scene->lights[choices->light[i]]; /* not read where `light` tells all */
     const ca_vec3 reference = ca_column3_at(&v->position, i);
     choices->rectangle[i] = light->is_plain ? UINT32_MAX : 0;
     choices->pdf_seen[i] = 0.0f;
     if (light->is_plain) {
         set_corners(choices, i, light->corner, light->end_x, light->end_y);
-        if (ca_even_light_is_near(light, reference)) choose_seen(shape, reference, u, i, choices);
+        if (ca_even_light_is_near(light, reference)) choose_seen(rest->as.area.shape, reference, u, i, choices);
     } else {
-        choose_triangle(shape, u, i, choices);
+        choose_triangle(rest->as.area.shape, u, i, choices);
     }
     choices->pdf_area[i] = light->pdf_area;
     choices->radiance.x[i] = light->radiance.r;

@@ -265,12 +265,19 @@ static void add_tile(void *user, const ca_tile *tile, uint32_t worker)
     }
 }
 
-/* What was made becomes a part of all sums. It takes no time worth stopping it. */
+/* Sums that nobody will read may stay incomplete. A checkpoint and other ranks read them even then. */
+static const int *stop_of_commit(const ca_render_settings *settings)
+{
+    return settings->checkpoint_path || settings->ranks ? NULL : settings->discard;
+}
+
+/* What was made becomes a part of all sums. Of several megapixels the first time takes seconds where the system is slow
+ * to give memory. */
 static ca_status commit(ca_pass_runner *runner, ca_error *error)
 {
     const ca_integrator_input *input = &runner->plan->input;
     ca_parallel parallel = runner->workers.parallel;
-    parallel.stop = NULL;
+    parallel.stop = stop_of_commit(runner->plan->settings);
     parallel.between = NULL;
     CA_TRY(ca_for_each_tile(&parallel, runner->film->width, runner->film->height, add_tile, runner, error));
     if (input->technique_images) ca_technique_images_keep(input->technique_images);

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""What a mesh of a million triangles from NumPy costs beside the building of its tree.
+"""What a mesh of a million triangles from NumPy costs beside the building of its tree, and what Python adds to a render.
 
-  CAUSTICA=build/python/modules scripts/bench-arrays.py [RUNS]
+  CAUSTICA=build/python/modules scripts/bench-python.py [RUNS]
 
 The mesh lies in a shapegroup without instances: all that a scene does with a mesh is done, but no tree is built for it.
 Prints a line for each kind of arrays: the least and the median milliseconds of RUNS, and the least of making the Mesh
-alone. The last line is of a scene that does show the mesh, tree and all: it tells how busy the machine was."""
+alone. The line behind them is of a scene that does show the mesh, tree and all: it tells how busy the machine was. The last
+lines are renders of 16 x 16 pixels and one sample, by `caustica.render` and by the call of C that it makes."""
 import os
 import statistics
 import sys
@@ -16,6 +17,8 @@ if "CAUSTICA" in os.environ:
 import numpy as np
 
 import caustica
+from caustica._library import ffi, lib
+from caustica._render import _Call
 
 SIDE = 708
 RUNS = int(sys.argv[1]) if len(sys.argv) > 1 else 15
@@ -80,6 +83,32 @@ def milliseconds(arrays, options, shown=False):
     return 1e3 * (ended - begun), 1e3 * (made - begun)
 
 
+def from_c(loaded):
+    """A render whose settings are made already."""
+    call, error = _Call(caustica.Settings(spp=1, threads=1), None), ffi.new("ca_error *")
+    image = ffi.new("ca_image_layers **")
+
+    def render():
+        assert lib.ca_render(loaded._pointer, call.struct, image, ffi.NULL, error) == 0
+        lib.ca_image_release(image[0])
+    return render
+
+
+def small_renders(runs):
+    film = {"type": "hdrfilm", "width": 16, "height": 16}
+    loaded = caustica.load_dict({"type": "scene", "sensor": {"type": "perspective", "film": film}, "ball": {"type": "sphere"},
+                                 "integrator": {"type": "path"}, "light": {"type": "constant"}})
+    calls = {"16 x 16 pixels by C": from_c(loaded), "the same by Python": lambda: caustica.render(loaded, spp=1, threads=1)}
+    took = {name: [] for name in calls}
+    for _ in range(runs):
+        for name, call in calls.items():
+            begun = time.perf_counter()
+            call()
+            took[name].append(1e3 * (time.perf_counter() - begun))
+    for name, times in took.items():
+        print(f"{name:38} {min(times):7.3f} {statistics.median(times):7.3f}")
+
+
 def main():
     print(f"{'arrays':38} {'least':>7} {'median':>7} {'Mesh()':>7}  ms")
     for name, arrays, options in cases():
@@ -89,6 +118,7 @@ def main():
     arrays = v.astype("f4"), f.astype("u4"), n.astype("f4")
     whole = [milliseconds(arrays, {}, shown=True)[0] for _ in range(3)]
     print(f"{'shown, with its tree':38} {min(whole):7.1f}")
+    small_renders(40 * RUNS)
 
 
 if __name__ == "__main__":
