@@ -271,8 +271,8 @@ static const int *stop_of_commit(const ca_render_settings *settings)
     return settings->checkpoint_path || settings->ranks ? NULL : settings->discard;
 }
 
-/* What was made becomes a part of all sums. Of several megapixels the first time takes seconds where the system is slow
- * to give memory. */
+/* What was made becomes a part of all sums. Of several megapixels the first time takes seconds where the system gives
+ * memory slowly. */
 static ca_status commit(ca_pass_runner *runner, ca_error *error)
 {
     const ca_integrator_input *input = &runner->plan->input;
