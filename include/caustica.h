@@ -297,7 +297,7 @@ typedef struct ca_render_settings {
     const struct ca_ranks *ranks;
     /* As `stop`, and mostly the same number: once it is set, nothing of what was made is wanted. The image is not
      * made then, nor are a part file and pictures of techniques, and the call ends within half a second whatever the
-     * image's size: CA_ERROR_INTERRUPTED. Passes are ended by `stop` alone. NULL: the image is made. */
+     * image's size: CA_ERROR_INTERRUPTED. A pass under way is ended by `stop` alone. NULL: the image is made. */
     const int *discard;
 } ca_render_settings;
 

@@ -451,6 +451,33 @@ static void test_discard(void **state)
     ca_scene_release(scene);
 }
 
+static bool count_passes(const ca_render_progress *progress, void *user)
+{
+    (void)progress;
+    ++*(uint32_t *)user;
+    return true;
+}
+
+/* Nobody wants anything, but `stop` is not set: the first pass is made, and ends the render when it is to be added. */
+static void test_discard_before_adding(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(even);
+    const int asked = 1;
+    uint32_t passes = 0;
+    ca_render_settings settings = settings_of("path", NULL);
+    ca_image_layers *image;
+    settings.progress = count_passes;
+    settings.progress_user = &passes;
+    settings.discard = &asked;
+    settings.samples_per_pixel = 4;
+    settings.width = settings.height = 32;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, NULL), CA_ERROR_INTERRUPTED);
+    assert_null(image);
+    assert_int_equal(passes, 0);
+    ca_scene_release(scene);
+}
+
 /* ---- Reading --------------------------------------------------------------------------------------------------- */
 
 /* Asks for the end when so much was told; in the thread that reads, so that nothing depends on when others run. */
@@ -610,8 +637,9 @@ int main(void)
         cmocka_unit_test(test_rays_auto),            cmocka_unit_test(test_without_a_whole_pass),
         cmocka_unit_test(test_within_a_task),        cmocka_unit_test(test_large_images),
         cmocka_unit_test(test_out_of_memory_in_a_pass),
-        cmocka_unit_test(test_discard),              cmocka_unit_test(test_reading),
-        cmocka_unit_test(test_texts),                cmocka_unit_test(test_building),
+        cmocka_unit_test(test_discard),              cmocka_unit_test(test_discard_before_adding),
+        cmocka_unit_test(test_reading),              cmocka_unit_test(test_texts),
+        cmocka_unit_test(test_building),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
