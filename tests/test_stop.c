@@ -458,7 +458,7 @@ static bool count_passes(const ca_render_progress *progress, void *user)
     return true;
 }
 
-/* Nobody wants anything, but `stop` is not set: the first pass is made, and the render ends when it is to be added. */
+/* Nobody wants anything, but `stop` is not set: a pass is made, and the render ends when it is to be added. */
 static void test_discard_before_adding(void **state)
 {
     (void)state;
