@@ -37,7 +37,7 @@ typedef enum ca_camera_kind {
 typedef struct ca_camera_panels {
     const struct ca_camera *cameras; /* borrowed, from left to right */
     uint32_t count;
-    float scale_x, scale_y; /* pixels of theirs for one of the whole film; made by ca_camera_prepare */
+    float scale; /* sides of their pixels along one of the whole film's; made by ca_camera_prepare */
 } ca_camera_panels;
 
 typedef struct ca_camera {

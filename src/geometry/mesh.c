@@ -184,7 +184,7 @@ static void copy_range(void *user, ca_range range)
     memcpy(copy->to + range.begin, copy->from + range.begin, 4 * (range.end - range.begin));
 }
 
-void *ca_mesh_copy_array(const void *values, size_t count)
+static void *copy_array(const void *values, size_t count)
 {
     uint32_t *to = values ? ca_alloc_large(count + 1, sizeof *to) : NULL;
     if (!to) return NULL;
@@ -194,11 +194,10 @@ void *ca_mesh_copy_array(const void *values, size_t count)
     return to;
 }
 
-/* The array itself where it is shared, else a copy. */
-static void *share_array(const void *values, size_t count, bool shared)
+void *ca_mesh_take_array(const void *values, size_t count, bool lent)
 {
-    if (shared) return (void *)(uintptr_t)values; /* nobody writes to what is shared */
-    return ca_mesh_copy_array(values, count);
+    if (lent) return (void *)(uintptr_t)values; /* nobody writes to what is lent */
+    return copy_array(values, count);
 }
 
 ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error)
@@ -207,10 +206,10 @@ ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_e
     CA_TRY(ca_mesh_begin(mesh, vertices, triangles, error));
     shared &= from->owners->lent;
     ca_mesh_borrow(mesh, from->owners->lender, shared);
-    mesh->positions = share_array(from->positions, 3 * vertices, shared & CA_MESH_POSITIONS);
-    mesh->indices = share_array(from->indices, 3 * triangles, shared & CA_MESH_INDICES);
-    mesh->normals = share_array(from->normals, 3 * vertices, false);
-    mesh->uvs = share_array(from->uvs, 2 * vertices, shared & CA_MESH_UVS);
+    mesh->positions = ca_mesh_take_array(from->positions, 3 * vertices, shared & CA_MESH_POSITIONS);
+    mesh->indices = ca_mesh_take_array(from->indices, 3 * triangles, shared & CA_MESH_INDICES);
+    mesh->normals = ca_mesh_take_array(from->normals, 3 * vertices, false);
+    mesh->uvs = ca_mesh_take_array(from->uvs, 2 * vertices, shared & CA_MESH_UVS);
     mesh->content_hash = from->content_hash;
     const bool missing = !mesh->positions || !mesh->indices || (from->normals && !mesh->normals) ||
                          (from->uvs && !mesh->uvs);
@@ -434,18 +433,24 @@ static void find_bounds(void *user, ca_range range)
     m->low[range.number] = low, m->high[range.number] = high;
 }
 
+void ca_mesh_bounds(const ca_mesh *mesh, ca_vec3 *low, ca_vec3 *high)
+{
+    measures m = {.mesh = mesh};
+    const uint32_t ranges = ca_parallel_ranges(mesh->vertex_count, find_bounds, &m);
+    *low = (ca_vec3){INFINITY, INFINITY, INFINITY}, *high = ca_neg(*low);
+    for (uint32_t i = 0; i < ranges; i++) {
+        *low = ca_min_vec3(*low, m.low[i]);
+        *high = ca_max_vec3(*high, m.high[i]);
+    }
+}
+
 void ca_mesh_measure(ca_mesh *mesh)
 {
     measures m = {.mesh = mesh};
-    const uint32_t area_count = ca_parallel_ranges(mesh->triangle_count, add_areas, &m);
-    const uint32_t bound_count = ca_parallel_ranges(mesh->vertex_count, find_bounds, &m);
+    const uint32_t ranges = ca_parallel_ranges(mesh->triangle_count, add_areas, &m);
     mesh->area = 0.0;
-    for (uint32_t i = 0; i < area_count; i++) mesh->area += m.areas[i];
-    mesh->low = (ca_vec3){INFINITY, INFINITY, INFINITY}, mesh->high = ca_neg(mesh->low);
-    for (uint32_t i = 0; i < bound_count; i++) {
-        mesh->low = ca_min_vec3(mesh->low, m.low[i]);
-        mesh->high = ca_max_vec3(mesh->high, m.high[i]);
-    }
+    for (uint32_t i = 0; i < ranges; i++) mesh->area += m.areas[i];
+    ca_mesh_bounds(mesh, &mesh->low, &mesh->high);
 }
 
 size_t ca_mesh_bytes(const ca_mesh *mesh)

@@ -80,10 +80,10 @@ ca_status ca_mesh_lend(ca_mesh *mesh, unsigned lent, ca_error *error);
 /* A new mesh of the same values. Arrays in `shared` that `from` borrows are borrowed again, the others are copied. */
 ca_status ca_mesh_copy(const ca_mesh *from, unsigned shared, ca_mesh *mesh, ca_error *error);
 
-/* A copy of `count` numbers of four bytes, with one of 0 behind them, on all processors; NULL where `values` is, or
- * when out of memory. Numbers are missing once loading is not wanted any more (base/loading.h), which is to be asked.
- */
-void *ca_mesh_copy_array(const void *values, size_t count);
+/* The array itself where it is lent; else a copy of its `count` numbers of four bytes with one of 0 behind them,
+ * made on all processors. NULL where `values` is, or when out of memory. Numbers are missing once loading is not
+ * wanted any more (base/loading.h), which is to be asked. */
+void *ca_mesh_take_array(const void *values, size_t count, bool lent);
 
 /* Adds a zeroed attribute; *values is borrowed from the mesh. */
 ca_status ca_mesh_add_attribute(ca_mesh *mesh, const char *name, uint32_t components, bool per_face, float **values,
@@ -111,7 +111,9 @@ bool ca_mesh_normals_are_flat(const ca_mesh *mesh);
 ca_status ca_mesh_compute_normals(ca_mesh *mesh, uint32_t threads, ca_error *error);
 
 double ca_mesh_triangle_area(const ca_mesh *mesh, uint32_t triangle);
-/* Sets the area and the bounds. Incomplete once loading is not wanted any more. */
+/* Of all vertices, as they are now. Incomplete once loading is not wanted any more; likewise: */
+void ca_mesh_bounds(const ca_mesh *mesh, ca_vec3 *low, ca_vec3 *high);
+/* Sets the area and the bounds. */
 void ca_mesh_measure(ca_mesh *mesh);
 size_t ca_mesh_bytes(const ca_mesh *mesh);
 

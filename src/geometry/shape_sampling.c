@@ -273,17 +273,10 @@ static ca_vec3 circle_extent(const ca_affine *map)
 
 static void mesh_bounds(const ca_mesh *mesh, ca_vec3 *low, ca_vec3 *high)
 {
-    if (mesh->placed) {
+    if (mesh->placed)
         *low = mesh->low, *high = mesh->high;
-        return;
-    }
-    *low = (ca_vec3){INFINITY, INFINITY, INFINITY};
-    *high = (ca_vec3){-INFINITY, -INFINITY, -INFINITY};
-    for (uint32_t i = 0; i < mesh->vertex_count; i++) {
-        const ca_vec3 p = ca_load3(mesh->positions, i);
-        *low = ca_min_vec3(*low, p);
-        *high = ca_max_vec3(*high, p);
-    }
+    else
+        ca_mesh_bounds(mesh, low, high);
 }
 
 /* Wider by the rounding of the few operations that made the box. */

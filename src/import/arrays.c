@@ -126,20 +126,13 @@ static unsigned lendable(const ca_mesh_data *data, const ca_mesh_use *use)
 
 /* ---- Meshes ---------------------------------------------------------------------------------------------------- */
 
-/* The program's array itself, or a copy with room behind it; NULL when out of memory or where there is none. */
-static void *take(const void *values, size_t count, bool lent)
-{
-    if (!values || lent) return (void *)(uintptr_t)values; /* nobody writes to what is lent */
-    return ca_mesh_copy_array(values, count);
-}
-
 static ca_status take_arrays(const ca_mesh_data *data, ca_mesh *mesh, unsigned lent, ca_error *error)
 {
     const size_t vertices = data->vertex_count;
-    mesh->positions = take(data->positions, 3 * vertices, lent & CA_MESH_POSITIONS);
-    mesh->indices = take(data->indices, 3 * data->triangle_count, lent & CA_MESH_INDICES);
-    mesh->normals = take(data->normals, 3 * vertices, false);
-    mesh->uvs = take(data->uvs, 2 * vertices, lent & CA_MESH_UVS);
+    mesh->positions = ca_mesh_take_array(data->positions, 3 * vertices, lent & CA_MESH_POSITIONS);
+    mesh->indices = ca_mesh_take_array(data->indices, 3 * data->triangle_count, lent & CA_MESH_INDICES);
+    mesh->normals = ca_mesh_take_array(data->normals, 3 * vertices, false);
+    mesh->uvs = ca_mesh_take_array(data->uvs, 2 * vertices, lent & CA_MESH_UVS);
     const bool missing = (data->normals && !mesh->normals) || (data->uvs && !mesh->uvs);
     return mesh->positions && mesh->indices && !missing ? ca_loading_check(error) : ca_fail_memory(error, "mesh");
 }

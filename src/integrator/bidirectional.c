@@ -31,9 +31,7 @@ static void read_rules(ca_bidirectional *b, const ca_integrator_type *type, cons
     b->weighs_merges = input->observer || others || !ca_mis_has_one_technique(rules);
     rules->has_tails = ca_mis_has_tails(rules);
     rules->photon_sums = ca_integrator_value(type, input, "merge_sums", 0.0) != 0.0 && !input->observer && !others;
-    rules->splat_count =
-        (float)((double)b->light_paths / b->camera_paths) / (float)ca_camera_count(input->camera);
-    rules->reuse.light_paths = (float)b->light_paths;
+    ca_rules_set_counts(rules, input->camera, b->light_paths, b->camera_paths);
 }
 
 static ca_status read_settings(ca_bidirectional *b, const ca_integrator_type *type, const ca_integrator_input *input,

@@ -446,6 +446,8 @@ ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_in
 /* What an integrator's parameters say of the rules, but for counts and areas; its light paths of a pass, N_F; and the
  * merge radius of the first pass, m. */
 void ca_rules_read(ca_mis_rules *rules, const ca_integrator_type *type, const ca_integrator_input *input);
+/* How often weights expect splats and photons: for so many light paths in a pass and camera paths a pixel. */
+void ca_rules_set_counts(ca_mis_rules *rules, const ca_camera *camera, double light_paths, double camera_paths);
 uint32_t ca_light_paths_of_pass(const ca_integrator_type *type, const ca_integrator_input *input);
 ca_status ca_first_radius(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,
                           ca_error *error);

@@ -40,9 +40,7 @@ static ca_mis_rules rules_of(const ca_bidirectional *b, const ca_pair_numbers *n
 {
     ca_mis_rules rules = b->rules;
     rules.has_tails = rules.photon_sums = false;
-    rules.splat_count = (float)((double)numbers->light_paths / numbers->camera_paths) /
-                        (float)ca_camera_count(b->input.camera);
-    rules.reuse.light_paths = (float)numbers->light_paths;
+    ca_rules_set_counts(&rules, b->input.camera, numbers->light_paths, numbers->camera_paths);
     return rules;
 }
 

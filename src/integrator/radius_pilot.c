@@ -665,14 +665,6 @@ static ca_status configure(const ca_integrator_type *pilot, const ca_integrator_
     return ca_integrator_set_number(pilot, "radius", (double)radius, input, error);
 }
 
-/* Weights are those of the render: of its numbers of paths. */
-static void set_counts(ca_mis_rules *rules, const ca_camera *camera, double light_paths, double camera_paths)
-{
-    rules->has_tails = false; /* they belong to one radius */
-    rules->splat_count = (float)(light_paths / camera_paths) / (float)ca_camera_count(camera);
-    rules->reuse.light_paths = (float)light_paths;
-}
-
 static ca_status create_engine(radius_pilot *p, const ca_integrator_type *type, const ca_integrator_input *from,
                                const ca_sampler *sampler, float radius, ca_error *error)
 {
@@ -695,8 +687,10 @@ static ca_status create_engine(radius_pilot *p, const ca_integrator_type *type, 
     p->engine = state;
     p->merging_alone = photons_alone;
     ca_bidirectional_set_radius(p->engine, radius);
-    set_counts(&p->engine->rules, from->camera, ca_light_paths_of_pass(type, from),
-               ca_integrator_value(type, from, "camera_paths", 1.0));
+    /* Weights are those of the render: of its numbers of paths. */
+    p->engine->rules.has_tails = false; /* they belong to one radius */
+    ca_rules_set_counts(&p->engine->rules, from->camera, ca_light_paths_of_pass(type, from),
+                        ca_integrator_value(type, from, "camera_paths", 1.0));
     return CA_OK;
 }
 

@@ -50,6 +50,12 @@ ca_status ca_integrator_resolve(const ca_integrator_type *type, ca_integrator_in
     return ca_integrator_set_number(type, "radius", (double)radius, input, error);
 }
 
+void ca_rules_set_counts(ca_mis_rules *rules, const ca_camera *camera, double light_paths, double camera_paths)
+{
+    rules->splat_count = (float)(light_paths / camera_paths) / (float)ca_camera_count(camera);
+    rules->reuse.light_paths = (float)light_paths;
+}
+
 bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_input *input, ca_mis_rules *rules)
 {
     if (!type->rules) return false;
@@ -57,9 +63,8 @@ bool ca_integrator_counts(const ca_integrator_type *type, const ca_integrator_in
     ca_rules_read(rules, type, input);
     const uint32_t light_paths = ca_light_paths_of_pass(type, input);
     const double camera_paths = ca_integrator_value(type, input, "camera_paths", 1.0);
-    rules->splat_count = (float)(light_paths / camera_paths) / (float)ca_camera_count(input->camera);
+    ca_rules_set_counts(rules, input->camera, light_paths, camera_paths);
     rules->reuse.kind = CA_REUSE_FULL;
-    rules->reuse.light_paths = (float)light_paths;
     if (rules->merge == CA_MERGE_NONE) return true;
     const float radius = (float)ca_integrator_value(type, input, "radius", 0.0);
     assert(radius > 0.0f);
