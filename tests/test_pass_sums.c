@@ -38,6 +38,13 @@ static void add(ca_pass_sums *sums, const double value[4])
     sums->samples++;
 }
 
+static double value_of(const ca_pass_sums *sums, int i)
+{
+    double values[CA_PASS_SUMS];
+    ca_pass_sums_values(sums, NULL, values);
+    return values[i];
+}
+
 /* Doubles that are floats, so that there are exact sums of them. */
 static void test_values(void **state)
 {
@@ -57,7 +64,7 @@ static void test_values(void **state)
             add(&sums, value);
         }
         for (int c = 0; c < 3; c++) {
-            const double got = ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES + c);
+            const double got = value_of(&sums, CA_PASS_VALUES + c);
             const double sum = ca_exact_sum_value(&exact[c]);
             if (!(fabs(got - sum) <= SAMPLES * 0x1p-48 * largest[c] + 0x1p-52 * fabs(sum)))
                 fail_msg("round %d: %.17g instead of %.17g", round, got, sum);
@@ -74,9 +81,9 @@ static void test_equal_values(void **state)
         ca_pass_sums sums = {.samples = 0};
         const double v = (double)(float)any_value(60), value[4] = {v, v, v, v};
         for (int i = 0; i < 8; i++) add(&sums, value);
-        assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES) == 8.0 * v);
-        assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_SQUARES + 3) == 8.0 * v * v);
-        const double cubes = ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES + 3);
+        assert_true(value_of(&sums, CA_PASS_VALUES) == 8.0 * v);
+        assert_true(value_of(&sums, CA_PASS_SQUARES + 3) == 8.0 * v * v);
+        const double cubes = value_of(&sums, CA_PASS_CUBES + 3);
         assert_true(fabs(cubes - 8.0 * v * v * v) <= 8.0 * 0x1.01p-48 * fabs(v * v * v));
     }
 }
@@ -89,12 +96,12 @@ static void test_extremes(void **state)
     const double most = 0x1.fffffep127, least = 0x1p-149;
     const double large[4] = {most, -most, 0.0, most}, small[4] = {least, least, -least, 0.0};
     add(&sums, small);
-    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES) == least);
-    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_SQUARES + 2) == 0x1p-298);
-    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES + 2) == -0x1p-447);
+    assert_true(value_of(&sums, CA_PASS_VALUES) == least);
+    assert_true(value_of(&sums, CA_PASS_SQUARES + 2) == 0x1p-298);
+    assert_true(value_of(&sums, CA_PASS_CUBES + 2) == -0x1p-447);
     add(&sums, large);
-    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES + 1) == -most);
-    assert_true(fabs(ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES) / (most * most * most) - 1.0) < 0x1p-47);
+    assert_true(value_of(&sums, CA_PASS_VALUES + 1) == -most);
+    assert_true(fabs(value_of(&sums, CA_PASS_CUBES) / (most * most * most) - 1.0) < 0x1p-47);
 }
 
 static void shuffle(int *order, int count)
@@ -358,10 +365,10 @@ static void test_most_values(void **state)
     }
     assert_int_equal(sums.samples, CA_BINNED_SUM_MOST_VALUES);
     const double n = CA_BINNED_SUM_MOST_VALUES;
-    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_VALUES + 1) == -least * n);
-    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES + 1) == -least * least * least * n);
-    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_SQUARES + 3) == 0x1p256 * n);
-    assert_true(ca_pass_sums_value(&sums, NULL, CA_PASS_CUBES + 3) == 0x1p384 * n);
+    assert_true(value_of(&sums, CA_PASS_VALUES + 1) == -least * n);
+    assert_true(value_of(&sums, CA_PASS_CUBES + 1) == -least * least * least * n);
+    assert_true(value_of(&sums, CA_PASS_SQUARES + 3) == 0x1p256 * n);
+    assert_true(value_of(&sums, CA_PASS_CUBES + 3) == 0x1p384 * n);
 }
 
 int main(void)

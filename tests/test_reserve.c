@@ -158,8 +158,8 @@ static void test_image_without_memory(void **state)
             ca_render_settings_init(&settings);
             settings.integrator = integrators[i];
             settings.samples_per_pixel = samples;
-            settings.width = 80; /* more than what is kept back for small things */
-            settings.height = 60;
+            settings.width = 160; /* more than what is kept back for small things */
+            settings.height = 120;
             settings.threads = 2;
             settings.max_depth = 4;
             settings.has_max_depth = true;
@@ -209,8 +209,8 @@ static void test_chosen_rays_without_memory(void **state)
             settings.rays = "auto";
             settings.light_paths = 100;
             settings.samples_per_pixel = 300;
-            settings.width = 80;
-            settings.height = 60;
+            settings.width = 128;
+            settings.height = 96;
             settings.threads = 2;
             settings.progress = end_without_memory;
             settings.progress_user = &end;

@@ -42,8 +42,10 @@ uint8_t ca_binned_scale_of(uint8_t scale, double value);
 /* Of a sum of p-th powers, one of `count` that lie together: its highest bin is high[0] and low[0], the next one
  * high[count] and low[count], and so on. Moves the bins down, from one scale to a larger one. */
 void ca_binned_move(int32_t *high, uint16_t *low, size_t count, int power, uint8_t from, uint8_t to);
-/* Its value: a function of its state. */
-double ca_binned_value(const int32_t *high, const uint16_t *low, size_t count, int power, uint8_t scale);
+
+/* The values of four sums that lie next to each other, of `count`: a function of their state. */
+void ca_binned_values4(const int32_t *high, const uint16_t *low, size_t count, int power, const uint8_t scale[4],
+                       double values[4]);
 
 /* Adds so many bins to others of the same units, which may have CA_BINNED_SUM_MOST_VALUES terms together. */
 void ca_binned_add(int32_t *high, uint16_t *low, const int32_t *more_high, const uint16_t *more_low, size_t bins);

@@ -2,6 +2,7 @@
 
 #include "base/loading.h"
 #include "base/parallel.h"
+#include "math/numeric.h"
 #include "metrics/significance.h"
 
 #include <math.h>
@@ -131,9 +132,10 @@ static void pool_moments(double sums[NEAR_SUMS], const ca_moments *m)
     if (m->third <= 0.0) sums[SCATTER + CA_BELOW] += m->variance;
     if (m->third >= 0.0) sums[SCATTER + CA_ABOVE] += m->variance;
     if (level == 0.0) return;
-    sums[VARIANCE] += m->variance / level / level;
-    sums[THIRD] += m->third / level / level / level;
-    if (m->replicates > 0) sums[ERROR] += sqrt(m->variance / m->replicates) / level;
+    const double inverse = 1.0 / level, variance = m->variance * inverse * inverse;
+    sums[VARIANCE] += variance;
+    sums[THIRD] += m->third * inverse * inverse * inverse;
+    if (m->replicates > 0) sums[ERROR] += sqrt(variance / m->replicates);
     sums[LIT]++;
 }
 
@@ -191,49 +193,48 @@ static double window_pixels(uint32_t width, uint32_t height, uint32_t x, uint32_
     return (double)columns * rows;
 }
 
-typedef struct judgement {
-    const ca_moments *moments;
-    uint32_t width, height;
-    ca_verdict *verdicts;
-} judgement;
-
-/* near: without the pixel itself. */
-static ca_verdict judge(const judgement *j, double near[NEAR_SUMS], const double far[FAR_SUMS], uint32_t x,
-                        uint32_t y)
+/* Of pixel (x, y), whose moments are `own`. near: without the pixel itself. */
+static void judge(const ca_confidence_pixels *p, const ca_moments *own, double near[NEAR_SUMS],
+                  const double far[FAR_SUMS], uint32_t x, uint32_t y, ca_verdict *verdict)
 {
-    const ca_moments *own = &j->moments[(size_t)y * j->width + x];
-    const double others = window_pixels(j->width, j->height, x, y, CA_CONFIDENCE_REACH) - 1.0,
-                 far_pixels = window_pixels(j->width, j->height, x, y, CA_CONFIDENCE_FAR_REACH);
+    const double others = window_pixels(p->width, p->height, x, y, CA_CONFIDENCE_REACH) - 1.0,
+                 far_pixels = window_pixels(p->width, p->height, x, y, CA_CONFIDENCE_FAR_REACH);
     const bool alone = near[LIT] == 0.0 && own->mean != 0.0;
     if (near[LIT] == 0.0) pool_moments(near, own);
-    if (is_ordinary(own, near, others, far[LONE + CA_BELOW] + far[LONE + CA_ABOVE], far_pixels))
-        return (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
+    *verdict = (ca_verdict){.kind = CA_INTERVAL_ORDINARY};
+    if (is_ordinary(own, near, others, far[LONE + CA_BELOW] + far[LONE + CA_ABOVE], far_pixels)) return;
+    verdict->kind = CA_INTERVAL_MARKED;
     if (alone || own->replicates < CA_CONFIDENCE_MIN_REPLICATES || (own->uncertain && near[VARYING] <= 0.5 * others))
-        return (ca_verdict){.kind = CA_INTERVAL_MARKED};
-    ca_verdict verdict = {.kind = CA_INTERVAL_WIDENED};
+        return;
+    verdict->kind = CA_INTERVAL_WIDENED;
     for (int side = CA_BELOW; side <= CA_ABOVE; side++) {
-        verdict.variance[side] = near[SCATTER + side] / others;
-        verdict.lone[side] = ca_confidence_lone_limit(far[LONE + side], far[SQUARES + side]) / far_pixels;
+        verdict->variance[side] = near[SCATTER + side] / others;
+        verdict->lone[side] = ca_confidence_lone_limit(far[LONE + side], far[SQUARES + side]) / far_pixels;
     }
-    return verdict;
 }
 
 /* ---- Tiles ----------------------------------------------------------------------------------------------------- */
 
-/* A tile is judged row by row. Of the rows around the one that is judged, sums along the row are kept in rings, each
- * sum's for all columns together, so that they are added up for several pixels at once. */
+/* A tile is judged row by row, all channels of a row together. Of the rows around the one that is judged, moments and
+ * sums along the row are kept in rings, each sum's for all columns together, so that they are added up for several
+ * pixels at once. Tiles are narrow for the rings to be small, and high for few rows to be entered twice. */
 enum {
-    TILE = 64,
+    TILE = 64, /* columns */
+    TILE_ROWS = 256,
     NEAR_ROWS = 2 * CA_CONFIDENCE_REACH + 1,
     FAR_ROWS = 2 * CA_CONFIDENCE_FAR_REACH + 1,
     NEAR_COLUMNS = TILE + 2 * CA_CONFIDENCE_REACH,
     FAR_COLUMNS = TILE + 2 * CA_CONFIDENCE_FAR_REACH,
+    MOMENT_ROWS = CA_CONFIDENCE_FAR_REACH + 1 + CA_CONFIDENCE_REACH, /* a row is needed until the near ones have it */
 };
 
-/* Row y in place y % NEAR_ROWS and y % FAR_ROWS. Of pixels alone, what is beside the image stays 0. */
+/* Of one channel. Row y in place y % NEAR_ROWS, y % FAR_ROWS and y % MOMENT_ROWS. What is beside the image stays 0
+ * in sums over one pixel. */
 typedef struct tile_rows {
     double near_pixels[NEAR_ROWS][NEAR_SUMS][NEAR_COLUMNS], far_pixels[FAR_SUMS][FAR_COLUMNS];
     double near[NEAR_ROWS][NEAR_SUMS][TILE], far[FAR_ROWS][FAR_SUMS][TILE];
+    bool has_lone[FAR_ROWS]; /* else the row's far sums are 0, and not written */
+    ca_moments moments[MOMENT_ROWS][FAR_COLUMNS];
 } tile_rows;
 
 /* From x0, y0 to before x1, y1. */
@@ -241,116 +242,181 @@ typedef struct tile {
     uint32_t x0, y0, x1, y1;
 } tile;
 
-static uint32_t tiles_along(uint32_t pixels) { return (pixels + TILE - 1) / TILE; }
+static uint32_t tile_columns(const ca_confidence_pixels *p) { return (p->width + TILE - 1) / TILE; }
+static uint32_t tile_rows_of(const ca_confidence_pixels *p) { return (p->height + TILE_ROWS - 1) / TILE_ROWS; }
 
-static tile tile_at(const judgement *j, uint32_t task)
+static tile tile_at(const ca_confidence_pixels *p, uint32_t task)
 {
-    const uint32_t columns = tiles_along(j->width), x0 = task % columns * TILE, y0 = task / columns * TILE;
-    return (tile){x0, y0, x0 + TILE < j->width ? x0 + TILE : j->width, y0 + TILE < j->height ? y0 + TILE : j->height};
+    const uint32_t columns = tile_columns(p), x0 = task % columns * TILE, y0 = task / columns * TILE_ROWS;
+    return (tile){x0, y0, ca_min_u32(x0 + TILE, p->width), ca_min_u32(y0 + TILE_ROWS, p->height)};
 }
 
-static void add_columns(double sums[TILE], const double *values)
+/* Those of the pixel x of row y, which may lie beside the tile. */
+static ca_moments *moments_at(tile_rows *rows, const tile *t, uint32_t x, uint32_t y)
 {
-    for (int x = 0; x < TILE; x++) sums[x] += values[x];
+    return &rows->moments[y % MOMENT_ROWS][x + CA_CONFIDENCE_FAR_REACH - t->x0];
 }
 
-/* sums[x] of the `columns` values from values[x] on. */
-static void sum_columns(double sums[TILE], const double *values, int columns)
+/* sums[x] is the sum of row[x] over so many rows. A few columns at a time stay in registers. */
+static void add_rows(double sums[TILE], const double *const *rows, int count)
 {
-    memcpy(sums, values, TILE * sizeof *sums);
-    for (int i = 1; i < columns; i++) add_columns(sums, values + i);
+    enum { COLUMNS = 16 };
+    for (int x0 = 0; x0 < TILE; x0 += COLUMNS) {
+        double sum[COLUMNS] = {0.0};
+        for (int i = 0; i < count; i++)
+            for (int x = 0; x < COLUMNS; x++) sum[x] += rows[i][x0 + x];
+        memcpy(sums + x0, sum, sizeof sum);
+    }
 }
 
-static void enter_near_row(tile_rows *rows, const judgement *j, const tile *t, uint32_t y)
+/* sums[x] is the sum of so many values from values[x] on. */
+static void add_along_row(double sums[TILE], const double *values, int count)
+{
+    const double *rows[FAR_ROWS];
+    for (int i = 0; i < count; i++) rows[i] = values + i;
+    add_rows(sums, rows, count);
+}
+
+static void enter_near_row(tile_rows *rows, const ca_confidence_pixels *p, const tile *t, uint32_t y)
 {
     const uint32_t place = y % NEAR_ROWS;
-    const uint32_t last = reach_to(t->x1 - 1, CA_CONFIDENCE_REACH, j->width);
+    const uint32_t last = reach_to(t->x1 - 1, CA_CONFIDENCE_REACH, p->width);
     for (uint32_t x = reach_from(t->x0, CA_CONFIDENCE_REACH); x <= last; x++) {
         double pixel[NEAR_SUMS] = {0.0};
-        pool_moments(pixel, &j->moments[(size_t)y * j->width + x]);
+        pool_moments(pixel, moments_at(rows, t, x, y));
         for (int k = 0; k < NEAR_SUMS; k++) rows->near_pixels[place][k][x + CA_CONFIDENCE_REACH - t->x0] = pixel[k];
     }
-    for (int k = 0; k < NEAR_SUMS; k++) sum_columns(rows->near[place][k], rows->near_pixels[place][k], NEAR_ROWS);
+    for (int k = 0; k < NEAR_SUMS; k++) add_along_row(rows->near[place][k], rows->near_pixels[place][k], NEAR_ROWS);
 }
 
-static void enter_far_row(tile_rows *rows, const judgement *j, const tile *t, uint32_t y)
+static void enter_moments(tile_rows *channels, const ca_confidence_pixels *p, const tile *t, uint32_t y)
 {
-    const uint32_t last = reach_to(t->x1 - 1, CA_CONFIDENCE_FAR_REACH, j->width);
+    const ca_pixel_run run = {.y = y,
+                              .x0 = reach_from(t->x0, CA_CONFIDENCE_FAR_REACH),
+                              .x1 = reach_to(t->x1 - 1, CA_CONFIDENCE_FAR_REACH, p->width) + 1};
+    ca_moments *to[CA_CONFIDENCE_MOST_CHANNELS];
+    for (uint32_t c = 0; c < p->channels; c++) to[c] = moments_at(&channels[c], t, run.x0, y);
+    p->moments(p->user, &run, to);
+}
+
+static void enter_far_row(tile_rows *rows, const ca_confidence_pixels *p, const tile *t, uint32_t y)
+{
+    const uint32_t last = reach_to(t->x1 - 1, CA_CONFIDENCE_FAR_REACH, p->width);
+    bool any = false;
     for (uint32_t x = reach_from(t->x0, CA_CONFIDENCE_FAR_REACH); x <= last; x++) {
         double pixel[FAR_SUMS] = {0.0};
-        pool_lone(pixel, &j->moments[(size_t)y * j->width + x]);
+        pool_lone(pixel, moments_at(rows, t, x, y));
+        any = any || pixel[LONE + CA_BELOW] > 0.0 || pixel[LONE + CA_ABOVE] > 0.0;
         for (int k = 0; k < FAR_SUMS; k++) rows->far_pixels[k][x + CA_CONFIDENCE_FAR_REACH - t->x0] = pixel[k];
     }
-    for (int k = 0; k < FAR_SUMS; k++) sum_columns(rows->far[y % FAR_ROWS][k], rows->far_pixels[k], FAR_ROWS);
+    rows->has_lone[y % FAR_ROWS] = any;
+    for (int k = 0; any && k < FAR_SUMS; k++)
+        add_along_row(rows->far[y % FAR_ROWS][k], rows->far_pixels[k], FAR_ROWS);
 }
 
 /* Around each pixel of row y, without the pixel itself. */
 static void sum_near(const tile_rows *rows, uint32_t height, uint32_t y, double sums[NEAR_SUMS][TILE])
 {
     const uint32_t last = reach_to(y, CA_CONFIDENCE_REACH, height);
-    memset(sums, 0, NEAR_SUMS * sizeof *sums);
-    for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= last; i++)
-        for (int k = 0; i != y && k < NEAR_SUMS; k++) add_columns(sums[k], rows->near[i % NEAR_ROWS][k]);
-    for (int i = 0; i < NEAR_ROWS; i++)
-        for (int k = 0; i != CA_CONFIDENCE_REACH && k < NEAR_SUMS; k++)
-            add_columns(sums[k], rows->near_pixels[y % NEAR_ROWS][k] + i);
+    for (int k = 0; k < NEAR_SUMS; k++) {
+        const double *added[2 * NEAR_ROWS];
+        int count = 0;
+        for (uint32_t i = reach_from(y, CA_CONFIDENCE_REACH); i <= last; i++)
+            if (i != y) added[count++] = rows->near[i % NEAR_ROWS][k];
+        for (int i = 0; i < NEAR_ROWS; i++)
+            if (i != CA_CONFIDENCE_REACH) added[count++] = rows->near_pixels[y % NEAR_ROWS][k] + i;
+        add_rows(sums[k], added, count);
+    }
 }
 
 static void sum_far(const tile_rows *rows, uint32_t height, uint32_t y, double sums[FAR_SUMS][TILE])
 {
     const uint32_t last = reach_to(y, CA_CONFIDENCE_FAR_REACH, height);
-    memset(sums, 0, FAR_SUMS * sizeof *sums);
-    for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= last; i++)
-        for (int k = 0; k < FAR_SUMS; k++) add_columns(sums[k], rows->far[i % FAR_ROWS][k]);
+    for (int k = 0; k < FAR_SUMS; k++) {
+        const double *added[FAR_ROWS];
+        int count = 0;
+        for (uint32_t i = reach_from(y, CA_CONFIDENCE_FAR_REACH); i <= last; i++)
+            if (rows->has_lone[i % FAR_ROWS]) added[count++] = rows->far[i % FAR_ROWS][k];
+        add_rows(sums[k], added, count);
+    }
 }
 
-static void judge_row(const judgement *j, const tile *t, const tile_rows *rows, uint32_t y)
+static void judge_row(const ca_confidence_pixels *p, uint32_t channel, const tile *t, tile_rows *rows, uint32_t y,
+                      uint32_t worker)
 {
+    const ca_pixel_run run = {.y = y, .x0 = t->x0, .x1 = t->x1};
+    const ca_moments *own = moments_at(rows, t, t->x0, y);
     double near[NEAR_SUMS][TILE], far[FAR_SUMS][TILE];
-    sum_near(rows, j->height, y, near);
-    sum_far(rows, j->height, y, far);
-    for (uint32_t x = t->x0; x < t->x1; x++) {
+    ca_verdict verdicts[TILE];
+    sum_near(rows, p->height, y, near);
+    sum_far(rows, p->height, y, far);
+    for (uint32_t i = 0; i < run.x1 - run.x0; i++) {
         double near_pixel[NEAR_SUMS], far_pixel[FAR_SUMS];
-        for (int k = 0; k < NEAR_SUMS; k++) near_pixel[k] = near[k][x - t->x0];
-        for (int k = 0; k < FAR_SUMS; k++) far_pixel[k] = far[k][x - t->x0];
-        j->verdicts[(size_t)y * j->width + x] = judge(j, near_pixel, far_pixel, x, y);
+        for (int k = 0; k < NEAR_SUMS; k++) near_pixel[k] = near[k][i];
+        for (int k = 0; k < FAR_SUMS; k++) far_pixel[k] = far[k][i];
+        judge(p, &own[i], near_pixel, far_pixel, run.x0 + i, y, &verdicts[i]);
     }
+    p->take(p->user, &run, channel, own, verdicts, worker);
 }
 
 static void judge_tile(void *user, uint32_t task, uint32_t worker)
 {
-    (void)worker;
-    const judgement *j = user;
-    const tile t = tile_at(j, task);
+    const ca_confidence_pixels *p = user;
+    const tile t = tile_at(p, task);
     uint32_t near_row = reach_from(t.y0, CA_CONFIDENCE_REACH), far_row = reach_from(t.y0, CA_CONFIDENCE_FAR_REACH);
-    tile_rows rows = {0};
+    tile_rows channels[CA_CONFIDENCE_MOST_CHANNELS];
+    memset(channels, 0, p->channels * sizeof *channels);
     for (uint32_t y = t.y0; y < t.y1; y++) {
-        for (; near_row <= reach_to(y, CA_CONFIDENCE_REACH, j->height); near_row++)
-            enter_near_row(&rows, j, &t, near_row);
-        for (; far_row <= reach_to(y, CA_CONFIDENCE_FAR_REACH, j->height); far_row++)
-            enter_far_row(&rows, j, &t, far_row);
-        judge_row(j, &t, &rows, y);
+        for (; far_row <= reach_to(y, CA_CONFIDENCE_FAR_REACH, p->height); far_row++) {
+            enter_moments(channels, p, &t, far_row);
+            for (uint32_t c = 0; c < p->channels; c++) enter_far_row(&channels[c], p, &t, far_row);
+        }
+        for (; near_row <= reach_to(y, CA_CONFIDENCE_REACH, p->height); near_row++)
+            for (uint32_t c = 0; c < p->channels; c++) enter_near_row(&channels[c], p, &t, near_row);
+        for (uint32_t c = 0; c < p->channels; c++) judge_row(p, c, &t, &channels[c], y, worker);
     }
 }
 
-/* Those of an early end: all of them marked, whatever is near them. */
-static bool have_too_few(const ca_moments *moments, size_t count)
+ca_status ca_confidence_judge_pixels(ca_confidence_pixels *pixels, uint32_t threads, ca_error *error)
 {
-    size_t i = 0;
-    while (i < count && moments[i].replicates < CA_CONFIDENCE_MIN_REPLICATES) i++;
-    return i == count;
+    ca_parallel_surely(threads, tile_columns(pixels) * tile_rows_of(pixels), judge_tile, pixels);
+    return ca_loading_check(error);
+}
+
+/* ---- Arrays ---------------------------------------------------------------------------------------------------- */
+
+typedef struct judged_arrays {
+    const ca_moments *moments;
+    ca_verdict *verdicts;
+    uint32_t width;
+} judged_arrays;
+
+static void copy_moments(const void *user, const ca_pixel_run *run, ca_moments *const *to)
+{
+    const judged_arrays *arrays = user;
+    memcpy(to[0], &arrays->moments[(size_t)run->y * arrays->width + run->x0], (run->x1 - run->x0) * sizeof **to);
+}
+
+static void copy_verdicts(void *user, const ca_pixel_run *run, uint32_t channel, const ca_moments *moments,
+                          const ca_verdict *verdicts, uint32_t worker)
+{
+    (void)channel;
+    (void)moments;
+    (void)worker;
+    const judged_arrays *arrays = user;
+    memcpy(&arrays->verdicts[(size_t)run->y * arrays->width + run->x0], verdicts,
+           (run->x1 - run->x0) * sizeof *verdicts);
 }
 
 ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, uint32_t threads,
                               ca_verdict *verdicts, ca_error *error)
 {
-    const size_t count = (size_t)width * height;
-    const uint32_t tiles = tiles_along(width) * tiles_along(height);
-    judgement j = {.moments = moments, .width = width, .height = height, .verdicts = verdicts};
-    if (have_too_few(moments, count)) {
-        for (size_t i = 0; i < count; i++) verdicts[i] = (ca_verdict){.kind = CA_INTERVAL_MARKED};
-        return CA_OK;
-    }
-    ca_parallel_surely(threads, tiles, judge_tile, &j);
-    return ca_loading_check(error);
+    judged_arrays arrays = {.moments = moments, .verdicts = verdicts, .width = width};
+    ca_confidence_pixels pixels = {.width = width,
+                                   .height = height,
+                                   .channels = 1,
+                                   .moments = copy_moments,
+                                   .take = copy_verdicts,
+                                   .user = &arrays};
+    return ca_confidence_judge_pixels(&pixels, threads, error);
 }

@@ -77,8 +77,27 @@ typedef struct ca_verdict {
  * limit higher. */
 double ca_confidence_lone_limit(double sum, double squares);
 
-/* Judges the pixels of width x height. By so many threads, on which no bit depends. Memory: 100 KiB of each thread's
- * stack.
+/* Pixels of row y from x0 to before x1. */
+typedef struct ca_pixel_run {
+    uint32_t y, x0, x1;
+} ca_pixel_run;
+
+enum { CA_CONFIDENCE_MOST_CHANNELS = 4 };
+
+/* A picture whose moments are made where they are needed, for some pixels several times, and of which no verdict is
+ * kept. Both functions are called by several threads at a time; `worker` is under the number of threads. */
+typedef struct ca_confidence_pixels {
+    uint32_t width, height, channels;
+    /* to[c][i]: of channel c of the i-th pixel. */
+    void (*moments)(const void *user, const ca_pixel_run *run, ca_moments *const *to);
+    /* One channel's. */
+    void (*take)(void *user, const ca_pixel_run *run, uint32_t channel, const ca_moments *moments,
+                 const ca_verdict *verdicts, uint32_t worker);
+    void *user;
+} ca_confidence_pixels;
+
+/* Judges the pixels of a picture, each channel for itself. By so many threads, on which no bit depends. Memory: 450
+ * KiB of each thread's stack. CA_ERROR_INTERRUPTED: nobody wants the calling thread's work any more (base/loading.h).
  *
  * Contributions are counted as if all scatter came from equal ones of probability p: their number n p is then n /
  * skewness^2, and variance^2 / |third| what they bring to the mean (a negative skewness stands for rare dark ones). A
@@ -96,8 +115,13 @@ double ca_confidence_lone_limit(double sum, double squares);
  *
  * Such a pixel is marked where it has too few replicates, all others near it are black, or its variance is uncertain
  * and half of the others show none; else its interval is widened. */
+ca_status ca_confidence_judge_pixels(ca_confidence_pixels *pixels, uint32_t threads, ca_error *error);
+
+/* The same of one channel in arrays of width x height elements. */
 ca_status ca_confidence_judge(const ca_moments *moments, uint32_t width, uint32_t height, uint32_t threads,
                               ca_verdict *verdicts, ca_error *error);
+/* What these arrays take for a pixel, and a number beside them. */
+enum { CA_CONFIDENCE_ARRAY_BYTES = sizeof(ca_moments) + sizeof(ca_verdict) + sizeof(double) };
 
 /* The interval by the verdict. A widened one reaches as far as the root of the sum of the squares of two reaches: the
  * ordinary one's, and `quantile` standard errors by the verdict's variance of that side. What lone

@@ -3,7 +3,7 @@
 #include "base/loading.h"
 #include "base/memory.h"
 #include "base/parallel.h"
-#include "film/interval_layers.h"
+#include "film/film_bars.h"
 
 #include <assert.h>
 #include <math.h>
@@ -188,73 +188,32 @@ bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sa
 
 /* ---- Sums of parts --------------------------------------------------------------------------------------------- */
 
+static const ca_group_sums *group_of(const ca_film *film, size_t i)
+{
+    return film->group_parts ? &film->group_parts[i] : NULL;
+}
+
 static ca_film_pixel pixel_of_parts(const ca_film *film, size_t i)
 {
     const ca_pass_sums *from = &film->parts[i];
-    const ca_group_sums *group = film->group_parts ? &film->group_parts[i] : NULL;
     ca_film_pixel to = {.samples = from->samples};
+    double values[CA_PASS_SUMS];
+    ca_pass_sums_values(from, group_of(film, i), values);
+    memcpy(to.sum, values + CA_PASS_VALUES, sizeof to.sum);
+    memcpy(to.sum_squares, values + CA_PASS_SQUARES, sizeof to.sum_squares);
+    to.sum_squares_luminance = values[CA_PASS_SQUARES + 3];
+    memcpy(to.sum_cubes, values + CA_PASS_CUBES, sizeof to.sum_cubes);
     for (int c = 0; c < 3; c++) {
-        to.sum[c] = ca_pass_sums_value(from, group, CA_PASS_VALUES + c);
-        to.sum_squares[c] = ca_pass_sums_value(from, group, CA_PASS_SQUARES + c);
         to.albedo[c] = (float)(ca_pass_sums_feature(from, c) * feature_unit);
         to.normal[c] = (float)(ca_pass_sums_feature(from, 3 + c) * feature_unit);
         to.position[c] = (float)(ca_pass_sums_feature(from, 6 + c) * feature_unit * (double)film->extent);
     }
-    to.sum_squares_luminance = ca_pass_sums_value(from, group, CA_PASS_SQUARES + 3);
-    for (int c = 0; c < 4; c++) to.sum_cubes[c] = ca_pass_sums_value(from, group, CA_PASS_CUBES + c);
     return to;
 }
 
 ca_film_pixel ca_film_pixel_at(const ca_film *film, size_t i)
 {
     return film->parts ? pixel_of_parts(film, i) : film->pixels[i];
-}
-
-/* What the statistics of one channel are made of: R, G, B, Y. */
-typedef struct channel_sums {
-    double sum, squares, cubes; /* cubes of one replicate */
-    uint32_t samples;
-} channel_sums;
-
-/* Sums of parts are worth reading one by one: all of a pixel's take several times as long. */
-static channel_sums channel_at(const ca_film *film, size_t i, int c)
-{
-    if (!film->parts) {
-        const ca_film_pixel *p = &film->pixels[i];
-        return (channel_sums){.sum = c < 3 ? p->sum[c] : ca_film_luminance(p->sum),
-                              .squares = c < 3 ? p->sum_squares[c] : p->sum_squares_luminance,
-                              .cubes = p->sum_cubes[c],
-                              .samples = p->samples};
-    }
-    const ca_pass_sums *from = &film->parts[i];
-    const ca_group_sums *group = film->group_parts ? &film->group_parts[i] : NULL;
-    double sum[3] = {0.0, 0.0, 0.0};
-    for (int k = 0; k < 3; k++)
-        if (c == 3 || k == c) sum[k] = ca_pass_sums_value(from, group, CA_PASS_VALUES + k);
-    return (channel_sums){.sum = c < 3 ? sum[c] : ca_film_luminance(sum),
-                          .squares = ca_pass_sums_value(from, group, CA_PASS_SQUARES + c),
-                          .cubes = ca_pass_sums_value(from, group, CA_PASS_CUBES + c),
-                          .samples = from->samples};
-}
-
-/* The same of the groups that are complete: sums over their samples, squares of their means. */
-static channel_sums channel_of_groups(const ca_film *film, size_t i, int c)
-{
-    channel_sums sums = channel_at(film, i, c);
-    if (!film->group_parts) {
-        const ca_film_groups *groups = &film->groups[i];
-        sums.sum = c < 3 ? groups->sum[c] : ca_film_luminance(groups->sum);
-        sums.squares = groups->sum_squares[c];
-        return sums;
-    }
-    const ca_group_sums *from = &film->group_parts[i];
-    double sum[3] = {0.0, 0.0, 0.0};
-    for (int k = 0; k < 3; k++)
-        if (c == 3 || k == c)
-            sum[k] = ca_pass_sums_value(&film->parts[i], from, CA_PASS_VALUES + k) - from->open[k];
-    sums.sum = c < 3 ? sum[c] : ca_film_luminance(sum);
-    sums.squares = ca_group_sums_value(from, c);
-    return sums;
 }
 
 size_t ca_film_row_bytes_of(uint32_t width, uint32_t replicate_samples)
@@ -347,83 +306,51 @@ ca_film_summary ca_film_summarise_source(const ca_film *film, const ca_film_sour
     return summary;
 }
 
-/* What a summary needs of a pixel, and nothing else. */
-static ca_film_pixel luminance_of_film(const void *user, size_t i)
-{
-    const ca_film *film = user;
-    if (!film->parts) return film->pixels[i];
-    const ca_pass_sums *from = &film->parts[i];
-    const ca_group_sums *group = film->group_parts ? &film->group_parts[i] : NULL;
-    ca_film_pixel to = {.samples = from->samples};
-    for (int c = 0; c < 3; c++) to.sum[c] = ca_pass_sums_value(from, group, CA_PASS_VALUES + c);
-    to.sum_squares_luminance = ca_pass_sums_value(from, group, CA_PASS_SQUARES + 3);
-    return to;
-}
-
 ca_film_summary ca_film_summarise(const ca_film *film)
 {
-    return ca_film_summarise_source(film, &(ca_film_source){luminance_of_film, film});
+    return ca_film_summarise_source(film, &(ca_film_source){pixel_of_film, film});
 }
 
-/* Development: one table says which channel holds what, in the order in which they are added. */
+/* Development: one table says which layer holds what, in the order in which they are added. */
 typedef enum film_quantity {
-    MEAN,
-    VARIANCE,
-    RELATIVE_VARIANCE,
-    ALBEDO,
-    NORMAL,
-    POSITION,
-    STANDARD_DEVIATION, /* of the luminance */
+    MEAN, /* likewise of R, G, B: */
+    ALBEDO = MEAN + 3,
+    NORMAL = ALBEDO + 3,
+    POSITION = NORMAL + 3,
+    VARIANCE = POSITION + 3,
+    RELATIVE_VARIANCE = VARIANCE + 3,
+    STANDARD_DEVIATION = RELATIVE_VARIANCE + 3, /* of the luminance */
     SAMPLES,
+    LAYERS
 } film_quantity;
 
-static const struct film_layer {
-    const char *name;
-    film_quantity quantity;
-    int component;
-} film_layers[] = {
-    {"R", MEAN, 0},
-    {"G", MEAN, 1},
-    {"B", MEAN, 2},
-    {"Albedo.R", ALBEDO, 0},
-    {"Albedo.G", ALBEDO, 1},
-    {"Albedo.B", ALBEDO, 2},
-    {"N.X", NORMAL, 0},
-    {"N.Y", NORMAL, 1},
-    {"N.Z", NORMAL, 2},
-    {"P.X", POSITION, 0},
-    {"P.Y", POSITION, 1},
-    {"P.Z", POSITION, 2},
-    {"Variance.R", VARIANCE, 0},
-    {"Variance.G", VARIANCE, 1},
-    {"Variance.B", VARIANCE, 2},
-    {"RelativeVariance.R", RELATIVE_VARIANCE, 0},
-    {"RelativeVariance.G", RELATIVE_VARIANCE, 1},
-    {"RelativeVariance.B", RELATIVE_VARIANCE, 2},
-    {"StandardDeviation.Y", STANDARD_DEVIATION, 0},
-    {"Samples.Y", SAMPLES, 0},
+static const char *const layer_names[LAYERS] = {
+    [MEAN] = "R", "G", "B",
+    [ALBEDO] = "Albedo.R", "Albedo.G", "Albedo.B",
+    [NORMAL] = "N.X", "N.Y", "N.Z",
+    [POSITION] = "P.X", "P.Y", "P.Z",
+    [VARIANCE] = "Variance.R", "Variance.G", "Variance.B",
+    [RELATIVE_VARIANCE] = "RelativeVariance.R", "RelativeVariance.G", "RelativeVariance.B",
+    [STANDARD_DEVIATION] = "StandardDeviation.Y",
+    [SAMPLES] = "Samples.Y",
 };
 
-static double pixel_quantity(const ca_film_pixel *pixel, film_quantity quantity, int c)
+/* Of a pixel that has samples. */
+static void find_quantities(const ca_film_pixel *pixel, double values[LAYERS])
 {
     const double n = pixel->samples;
-    if (n == 0.0) return 0.0;
-    const double mean = pixel->sum[c] / n;
-    const double v = variance(pixel->sum[c], pixel->sum_squares[c], n);
-    switch (quantity) {
-    case MEAN: return mean;
-    case VARIANCE: return v;
-    case RELATIVE_VARIANCE: return mean != 0.0 ? v / (mean * mean) : 0.0;
-    case ALBEDO: return (double)pixel->albedo[c] / n;
-    case NORMAL: return (double)pixel->normal[c] / n;
-    case POSITION: return (double)pixel->position[c] / n;
-    case STANDARD_DEVIATION: return sqrt(variance(luminance_sum(pixel), pixel->sum_squares_luminance, n));
-    case SAMPLES: return n;
+    for (int c = 0; c < 3; c++) {
+        const double mean = pixel->sum[c] / n, v = variance(pixel->sum[c], pixel->sum_squares[c], n);
+        values[MEAN + c] = mean;
+        values[ALBEDO + c] = (double)pixel->albedo[c] / n;
+        values[NORMAL + c] = (double)pixel->normal[c] / n;
+        values[POSITION + c] = (double)pixel->position[c] / n;
+        values[VARIANCE + c] = v;
+        values[RELATIVE_VARIANCE + c] = mean != 0.0 ? v / (mean * mean) : 0.0;
     }
-    return 0.0;
+    values[STANDARD_DEVIATION] = sqrt(variance(luminance_sum(pixel), pixel->sum_squares_luminance, n));
+    values[SAMPLES] = n;
 }
-
-enum { LAYERS = sizeof film_layers / sizeof film_layers[0] };
 
 typedef struct layer_work {
     const ca_film_source *source;
@@ -452,8 +379,9 @@ static void develop_pixels(void *user, uint32_t task, uint32_t worker)
     const size_t end = end_of_task(task, work->count);
     for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++) {
         const ca_film_pixel pixel = work->source->pixel(work->source->user, i);
-        for (int l = 0; l < LAYERS; l++)
-            work->data[l][i] = (float)pixel_quantity(&pixel, film_layers[l].quantity, film_layers[l].component);
+        double values[LAYERS] = {0.0};
+        if (pixel.samples > 0) find_quantities(&pixel, values);
+        for (int l = 0; l < LAYERS; l++) work->data[l][i] = (float)values[l];
     }
 }
 
@@ -461,84 +389,9 @@ static ca_status develop_layers(const ca_film *film, const ca_film_source *sourc
                                 ca_image_layers *layers, ca_error *error)
 {
     layer_work work = {.source = source, .count = (size_t)film->width * film->height};
-    for (int l = 0; l < LAYERS; l++) CA_TRY(ca_layers_add(layers, film_layers[l].name, &work.data[l], error));
+    for (int l = 0; l < LAYERS; l++) CA_TRY(ca_layers_add(layers, layer_names[l], &work.data[l], error));
     ca_parallel_surely(threads, development_tasks(work.count), develop_pixels, &work);
     return ca_loading_check(error);
-}
-
-/* ---- Error bars ------------------------------------------------------------------------------------------------ */
-
-/* Of channel c: R, G, B, Y. */
-static ca_moments replicate_moments(const ca_film *film, size_t i, int c)
-{
-    const uint32_t samples = film->replicate_samples;
-    const channel_sums sums = samples == 1 ? channel_at(film, i, c) : channel_of_groups(film, i, c);
-    return ca_moments_of(sums.sum / samples, sums.squares, sums.cubes, sums.samples / samples);
-}
-
-/* Of a channel of every pixel, while its error bars are developed. */
-typedef struct bar_work {
-    const ca_film *film;
-    int channel;
-    ca_moments *moments;
-    ca_verdict *verdicts;
-    ca_interval_layers intervals;
-    size_t count;
-} bar_work;
-
-static void find_moments(void *user, uint32_t task, uint32_t worker)
-{
-    (void)worker;
-    const bar_work *work = user;
-    const size_t end = end_of_task(task, work->count);
-    for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++)
-        work->moments[i] = replicate_moments(work->film, i, work->channel);
-}
-
-static void fill_intervals(void *user, uint32_t task, uint32_t worker)
-{
-    (void)worker;
-    const bar_work *work = user;
-    const size_t end = end_of_task(task, work->count);
-    uint32_t replicates = 0;
-    double quantile = 0.0;
-    for (size_t i = (size_t)task * PIXELS_OF_A_TASK; i < end; i++) {
-        const ca_moments *moments = &work->moments[i];
-        if (work->verdicts[i].kind != CA_INTERVAL_MARKED && moments->replicates != replicates) {
-            replicates = moments->replicates;
-            quantile = ca_student_two_sided_quantile(0.05, replicates - 1.0);
-        }
-        ca_interval_layers_set(&work->intervals, i, moments, &work->verdicts[i], quantile);
-    }
-}
-
-static ca_status develop_confidence(bar_work *work, uint32_t threads, ca_image_layers *layers, ca_error *error)
-{
-    const ca_film *film = work->film;
-    const uint32_t tasks = development_tasks(work->count);
-    for (work->channel = 0; work->channel < 4; work->channel++) {
-        CA_TRY(ca_interval_layers_add(&work->intervals, layers, "RGBY"[work->channel], error));
-        ca_parallel_surely(threads, tasks, find_moments, work);
-        CA_TRY(ca_loading_check(error));
-        CA_TRY(ca_confidence_judge(work->moments, film->width, film->height, threads, work->verdicts, error));
-        ca_parallel_surely(threads, tasks, fill_intervals, work);
-        CA_TRY(ca_loading_check(error));
-    }
-    return CA_OK;
-}
-
-static ca_status add_confidence(const ca_film *film, uint32_t threads, ca_image_layers *layers, ca_error *error)
-{
-    if (film->replicate_samples == 0) return CA_OK;
-    bar_work work = {.film = film, .count = (size_t)film->width * film->height};
-    work.moments = ca_alloc(work.count, sizeof *work.moments);
-    work.verdicts = ca_alloc(work.count, sizeof *work.verdicts);
-    const bool fits = work.moments && work.verdicts;
-    const ca_status status =
-        fits ? develop_confidence(&work, threads, layers, error) : ca_fail_memory(error, "the error bars");
-    ca_free(work.moments);
-    ca_free(work.verdicts);
-    return status;
 }
 
 /* ---- All of it ------------------------------------------------------------------------------------------------- */
@@ -563,15 +416,14 @@ ca_status ca_film_develop_source(const ca_film *film, const ca_film_source *sour
 size_t ca_film_develop_bytes(bool error_bars)
 {
     enum { OTHER_LAYERS = 8, INTERVAL_LAYERS = 12 };
-    const size_t layers = (LAYERS + OTHER_LAYERS) * sizeof(float);
-    const size_t work = sizeof(ca_moments) + sizeof(ca_verdict) + sizeof(double);
-    return error_bars ? layers + INTERVAL_LAYERS * sizeof(float) + work : layers;
+    const size_t layers = LAYERS + OTHER_LAYERS;
+    return (error_bars ? layers + INTERVAL_LAYERS : layers) * sizeof(float);
 }
 
 ca_status ca_film_develop(const ca_film *film, uint32_t threads, ca_image_layers **layers, ca_error *error)
 {
     CA_TRY(ca_film_develop_source(film, &(ca_film_source){pixel_of_film, film}, threads, layers, error));
-    const ca_status status = add_confidence(film, threads, *layers, error);
+    const ca_status status = ca_film_bars_add(film, threads, *layers, error);
     if (status != CA_OK) {
         ca_layers_destroy(*layers);
         *layers = NULL;

@@ -161,18 +161,19 @@ void ca_pass_sums_add_sums(ca_pass_sums *sums, ca_group_sums *group, const ca_pa
     add_counts(sums, &copy);
 }
 
-double ca_pass_sums_value(const ca_pass_sums *sums, const ca_group_sums *group, int i)
+/* Four at a time: the values are three, and what is written behind them is the first cube's place. */
+void ca_pass_sums_values(const ca_pass_sums *sums, const ca_group_sums *group, double values[CA_PASS_SUMS])
 {
-    int power = 2, channel = i - CA_PASS_SQUARES;
-    if (i >= CA_PASS_VALUES) power = 1, channel = i - CA_PASS_VALUES;
-    if (i >= CA_PASS_CUBES) power = 3, channel = i - CA_PASS_CUBES;
-    const uint8_t *scale = power == 3 && group ? group->scale : sums->scale;
-    return ca_binned_value(sums->high + i, sums->low + i, CA_PASS_SUMS, power, scale[channel]);
+    enum { S = CA_PASS_SQUARES, V = CA_PASS_VALUES, C = CA_PASS_CUBES };
+    const uint8_t *scale = sums->scale, *cubes = group ? group->scale : scale;
+    ca_binned_values4(sums->high + S, sums->low + S, CA_PASS_SUMS, 2, scale, values + S);
+    ca_binned_values4(sums->high + V, sums->low + V, CA_PASS_SUMS, 1, scale, values + V);
+    ca_binned_values4(sums->high + C, sums->low + C, CA_PASS_SUMS, 3, cubes, values + C);
 }
 
-double ca_group_sums_value(const ca_group_sums *sums, int i)
+void ca_group_sums_values(const ca_group_sums *sums, double values[4])
 {
-    return ca_binned_value(sums->high + i, sums->low + i, 4, 2, sums->scale[i]);
+    ca_binned_values4(sums->high, sums->low, 4, 2, sums->scale, values);
 }
 
 double ca_pass_sums_feature(const ca_pass_sums *sums, int i)

@@ -56,9 +56,9 @@ void ca_pass_sums_close_group(ca_pass_sums *sums, ca_group_sums *group, uint32_t
 void ca_pass_sums_add_sums(ca_pass_sums *sums, ca_group_sums *group, const ca_pass_sums *other,
                            const ca_group_sums *other_group);
 
-/* The i-th of the binned sums; `group` is NULL where there is none. */
-double ca_pass_sums_value(const ca_pass_sums *sums, const ca_group_sums *group, int i);
-double ca_group_sums_value(const ca_group_sums *sums, int i);
+/* All binned sums; `group` is NULL where there is none. Those of a group are of squares of means. */
+void ca_pass_sums_values(const ca_pass_sums *sums, const ca_group_sums *group, double values[CA_PASS_SUMS]);
+void ca_group_sums_values(const ca_group_sums *sums, double values[4]);
 /* Of the i-th feature, in units. */
 double ca_pass_sums_feature(const ca_pass_sums *sums, int i);
 

@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "base/loading.h"
 #include "base/memory.h"
+#include "film/confidence.h"
 #include "film/interval_layers.h"
 #include "math/numeric.h"
 #include "render/auto_file.h"
@@ -613,10 +614,11 @@ static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_rend
 static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
 {
     enum { ROW_BYTES = 1024 /* a pixel, of files of sums */, SMALL_THINGS = 1 << 18 };
-    const bool bars = ca_render_plan_by_blocks(plan) ? plan->block_film.error_bars : ca_replicates_passes(plan) > 0;
-    const bool joins = ca_render_plan_joins(plan);
+    const bool blocks = ca_render_plan_by_blocks(plan), joins = ca_render_plan_joins(plan);
+    const bool bars = joins || (blocks ? plan->block_film.error_bars : ca_replicates_passes(plan) > 0);
+    const size_t arrays = bars && (blocks || joins) ? CA_CONFIDENCE_ARRAY_BYTES : 0;
     const size_t width = plan->crop[2] - plan->crop[0], height = plan->crop[3] - plan->crop[1];
-    const size_t pixel = ca_film_develop_bytes(bars || joins) + (joins ? CA_AUTO_IMAGE_PIXEL_BYTES : 0);
+    const size_t pixel = ca_film_develop_bytes(bars) + arrays + (joins ? CA_AUTO_IMAGE_PIXEL_BYTES : 0);
     const size_t bytes = width * height * pixel;
     return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image",
                              plan->settings->ranks ? NULL : plan->input.stop, error);
