@@ -62,6 +62,23 @@ static void test_lamp_above_a_floor(void **state)
     ca_scene_release(scene);
 }
 
+/* Below a lamp that shines upwards, and that nothing hides, a floor is black. */
+static void test_floor_behind_a_lamp(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(
+        SCENE(DEPTH("2") "<sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"
+                         "<lookat origin='4,1,0' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
+                         "<integer name='width' value='16'/><integer name='height' value='16'/></film></sensor>"
+                         "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/>"
+                         "<scale value='3'/></transform><bsdf type='diffuse'/></shape>"
+                         "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/>"
+                         "<translate y='2'/></transform>" GLOW("5") "</shape>"));
+    const batch_settings settings = {.integrator = "bdpt:paper=true", .samples = 4, .batches = 2, .seed = 5};
+    assert_true(measure_mean(scene, &settings).mean == 0.0);
+    ca_scene_release(scene);
+}
+
 /* ---- Rays ------------------------------------------------------------------------------------------------------ */
 
 /* What is seen of a lamp by fixed rays has no intermediate values at its edge. */
@@ -193,8 +210,11 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_furnace),         cmocka_unit_test(test_lamp_above_a_floor),
-        cmocka_unit_test(test_one_ray_a_pixel), cmocka_unit_test(test_first_vertex),
+        cmocka_unit_test(test_furnace),
+        cmocka_unit_test(test_lamp_above_a_floor),
+        cmocka_unit_test(test_floor_behind_a_lamp),
+        cmocka_unit_test(test_one_ray_a_pixel),
+        cmocka_unit_test(test_first_vertex),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests_name("paper 003's program", tests, NULL, NULL);

@@ -246,14 +246,15 @@ static void test_going_on(void **state)
     ca_film_destroy(&rest);
 }
 
-/* The same image as that of sums in double precision, to a few units of a float's last place. */
-static void test_same_as_doubles(void **state)
+/* The same image as that of sums in double precision, to a few units of a float's last place; of groups, the last of
+ * which is not complete, too. */
+static void expect_same_as_doubles(uint32_t replicate_samples)
 {
-    (void)state;
     static const uint32_t crop[4] = {1, 2, 1 + WIDTH, 2 + HEIGHT};
-    ca_film parts = create_film(1), doubles;
+    ca_film parts = create_film(replicate_samples), doubles;
     assert_int_equal(ca_film_create(&doubles, 9, 8, crop, NULL), CA_OK);
-    for (int s = 0; s < SAMPLES; s++)
+    assert_int_equal(ca_film_set_replicates(&doubles, replicate_samples, NULL), CA_OK);
+    for (int s = 0; s < SAMPLES + 2; s++)
         for (uint32_t p = 0; p < PIXELS; p++) {
             const ca_film_sample sample = any_sample();
             assert_true(ca_film_add(&parts, p % WIDTH, p / WIDTH, &sample));
@@ -271,6 +272,13 @@ static void test_same_as_doubles(void **state)
     ca_layers_destroy(y);
     ca_film_destroy(&parts);
     ca_film_destroy(&doubles);
+}
+
+static void test_same_as_doubles(void **state)
+{
+    (void)state;
+    expect_same_as_doubles(1);
+    expect_same_as_doubles(4);
 }
 
 /* Equal samples have no variance at all, in no channel, of one sample or of groups. */
