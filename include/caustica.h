@@ -238,7 +238,7 @@ typedef struct ca_render_settings {
      * (0: there are no such layers). Samples per pixel, given or the scene's, must come to a multiple of so many
      * passes. */
     uint32_t replicates;
-    uint32_t threads;       /* 0: one per processor. The image does not depend on it, to the bit */
+    uint32_t threads;       /* at most; 0: one per processor. The image does not depend on it, to the bit */
     uint32_t width, height; /* of the full film; its crop is scaled along */
     bool has_crop;
     uint32_t crop[4]; /* x0, y0, x1, y1, half open, in pixels of the full film */

@@ -89,6 +89,68 @@ static void test_loops_at_the_same_time(void **state)
     }
 }
 
+typedef struct occupation {
+    atomic_uint waiting;
+    atomic_bool end;
+} occupation;
+
+static void wait_for_end(void *user, uint32_t task, uint32_t worker)
+{
+    (void)task;
+    (void)worker;
+    occupation *o = user;
+    o->waiting++;
+    while (!o->end) sched_yield();
+}
+
+static void *occupy(void *user)
+{
+    const ca_parallel parallel = {.workers = 3};
+    return ca_parallel_for(&parallel, 3, wait_for_end, user, NULL) == CA_OK ? user : NULL;
+}
+
+/* Tasks wait for each other in groups: a loop ends where so many workers came at least. */
+typedef struct meeting {
+    uint32_t size;
+    atomic_uint arrived, workers; /* bits of those seen */
+} meeting;
+
+static void meet(void *user, uint32_t task, uint32_t worker)
+{
+    (void)task;
+    meeting *m = user;
+    const uint32_t own = atomic_fetch_add(&m->arrived, 1) / m->size;
+    m->workers |= 1u << worker;
+    while (m->arrived / m->size <= own) sched_yield();
+}
+
+static void expect_workers(uint32_t asked, uint32_t expected)
+{
+    meeting m = {.size = expected};
+    const ca_parallel parallel = {.workers = asked};
+    assert_int_equal(ca_parallel_for(&parallel, 40 * expected, meet, &m, NULL), CA_OK);
+    assert_int_equal(m.workers, (1u << expected) - 1);
+}
+
+/* Three threads are at work: who may have three gets none beside his own, who may have five one; then all. */
+static void test_loops_share_threads(void **state)
+{
+    (void)state;
+    occupation o = {.end = false};
+    pthread_t thread;
+    void *result;
+    expect_workers(3, 3);
+    assert_int_equal(pthread_create(&thread, NULL, occupy, &o), 0);
+    while (o.waiting < 3) sched_yield();
+    expect_workers(3, 1);
+    expect_workers(5, 2);
+    expect_workers(2, 1);
+    o.end = true;
+    pthread_join(thread, &result);
+    assert_ptr_equal(result, &o);
+    expect_workers(3, 3);
+}
+
 static void test_stop(void **state)
 {
     (void)state;
@@ -222,9 +284,13 @@ static void test_affinity(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_each_task_once), cmocka_unit_test(test_loops_at_the_same_time),
-        cmocka_unit_test(test_stop),           cmocka_unit_test(test_ranges),
-        cmocka_unit_test(test_after_a_fork),   cmocka_unit_test(test_quotas),
+        cmocka_unit_test(test_each_task_once),
+        cmocka_unit_test(test_loops_at_the_same_time),
+        cmocka_unit_test(test_loops_share_threads),
+        cmocka_unit_test(test_stop),
+        cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_after_a_fork),
+        cmocka_unit_test(test_quotas),
         cmocka_unit_test(test_affinity),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -19,7 +19,8 @@ typedef struct task_loop {
     uint32_t count;
     atomic_uint next; /* task that nobody has taken yet */
     /* Guarded by the pool's lock: */
-    uint32_t running; /* threads of the pool that have not finished */
+    struct task_loop *older; /* another one at work */
+    uint32_t running;        /* threads of the pool that have not finished */
     double task_seconds;
     pthread_cond_t finished;
 } task_loop;
@@ -38,8 +39,13 @@ static struct {
     pthread_cond_t arrived; /* a new thread, in the list */
     pool_thread *sleeping;
     uint32_t sleeping_count, made;
+    task_loop *loops; /* at work, the youngest one first */
+    uint32_t at_work; /* threads in them, each of which counts once */
     bool forks_safely;
 } pool = {.lock = PTHREAD_MUTEX_INITIALIZER, .arrived = PTHREAD_COND_INITIALIZER};
+
+/* This thread counts as one at work: it is in a loop, or one of the pool's. */
+static _Thread_local bool counts;
 
 /* ---- Tasks ----------------------------------------------------------------------------------------------------- */
 
@@ -83,6 +89,7 @@ static void *serve(void *nothing)
 {
     (void)nothing;
     pool_thread self = {.loop = NULL};
+    counts = true;
     pthread_cond_init(&self.woken, NULL);
     pthread_mutex_lock(&pool.lock);
     pool.made++;
@@ -95,6 +102,7 @@ static void *serve(void *nothing)
         const double seconds = run_timed(work, self.worker);
         pthread_mutex_lock(&pool.lock);
         work->task_seconds += seconds;
+        pool.at_work--;
         if (--work->running == 0) pthread_cond_signal(&work->finished);
         fall_asleep(&self);
     }
@@ -108,6 +116,8 @@ static void forget_threads(void)
     pthread_cond_init(&pool.arrived, NULL);
     pool.sleeping = NULL;
     pool.sleeping_count = 0;
+    pool.loops = NULL;
+    pool.at_work = 0;
 }
 
 /* Makes a thread, and waits until it sleeps. The lock is held; others may take the thread first. */
@@ -125,43 +135,79 @@ static int make_thread(void)
     return failure;
 }
 
-/* Sets so many threads to work; or none, where they cannot be made: an error number. */
+/* Loops at work at the same time share as many threads as the one among them may have that may have most. */
+static uint32_t most_threads(void)
+{
+    uint32_t most = 0;
+    for (const task_loop *loop = pool.loops; loop; loop = loop->older)
+        if (loop->parallel->workers > most) most = loop->parallel->workers;
+    return most;
+}
+
+/* Sets up to so many threads to work, which others leave; or none, where they cannot be made: an error number. */
 static int start_threads(task_loop *loop, uint32_t count)
 {
     int failure = 0;
-    pthread_mutex_lock(&pool.lock);
+    const uint32_t most = most_threads(), left = most > pool.at_work ? most - pool.at_work : 0;
+    if (count > left) count = left;
     if (!pool.forks_safely) pool.forks_safely = pthread_atfork(NULL, NULL, forget_threads) == 0;
     while (!failure && pool.sleeping_count < count) failure = make_thread();
     for (uint32_t i = 0; !failure && i < count; i++) {
         pool_thread *thread = pool.sleeping;
         pool.sleeping = thread->next;
         pool.sleeping_count--;
+        pool.at_work++;
         thread->worker = i + 1;
         thread->loop = loop;
         loop->running++;
         pthread_cond_signal(&thread->woken);
     }
+    return failure;
+}
+
+/* The calling thread goes to work, and up to so many others. */
+static int enter(task_loop *loop, uint32_t others)
+{
+    pthread_mutex_lock(&pool.lock);
+    loop->older = pool.loops;
+    pool.loops = loop;
+    pool.at_work += !counts;
+    const int failure = others > 0 ? start_threads(loop, others) : 0;
     pthread_mutex_unlock(&pool.lock);
     return failure;
 }
 
-static void wait_for_threads(task_loop *loop)
+/* Waits for the threads of the pool. */
+static void leave(task_loop *loop)
 {
     pthread_mutex_lock(&pool.lock);
     while (loop->running > 0) pthread_cond_wait(&loop->finished, &pool.lock);
+    task_loop **place = &pool.loops;
+    while (*place && *place != loop) place = &(*place)->older;
+    if (*place) *place = loop->older;
+    pool.at_work -= !counts;
     pthread_mutex_unlock(&pool.lock);
 }
 
 /* ---- Loops ----------------------------------------------------------------------------------------------------- */
 
-static ca_status run_loop(task_loop *loop, uint32_t threads, ca_error *error)
+static double run_as_first(task_loop *loop)
 {
-    const int failure = threads > 0 ? start_threads(loop, threads) : 0;
+    const bool counted = counts;
+    counts = true;
+    const double seconds = run_timed(loop, 0);
+    counts = counted;
+    return seconds;
+}
+
+static ca_status run_loop(task_loop *loop, uint32_t others, ca_error *error)
+{
+    const int failure = enter(loop, others);
+    const double seconds = failure ? 0.0 : run_as_first(loop);
+    leave(loop);
     if (failure)
         return ca_fail(error, CA_ERROR_THREADS, NULL, "the system gives no more threads, %u are wanted: %s",
-                       threads + 1, strerror(failure));
-    const double seconds = run_timed(loop, 0);
-    if (threads > 0) wait_for_threads(loop);
+                       others + 1, strerror(failure));
     loop->task_seconds += seconds;
     return ca_stop_check(loop->parallel->stop, error);
 }

@@ -2,8 +2,10 @@
  * worker that happens to run it: then no result depends on the number of threads. A worker's number selects scratch
  * memory and counters. Cost: about a microsecond a task; give a task some tens of them.
  *
- * Threads are made when they are first needed, and sleep between loops until the process ends; so do those of several
- * loops at a time. A loop within a task of another one is allowed. After a fork the child makes its own. */
+ * Threads are made when they are first needed, and sleep between loops until the process ends. Loops of several
+ * callers at a time share them: a loop begins with as many as the others leave of the largest number that one of them
+ * may have, in any case with its caller. A loop within a task of another one is allowed, and shares, too. After a
+ * fork the child makes its own. */
 #ifndef CA_BASE_PARALLEL_H
 #define CA_BASE_PARALLEL_H
 
@@ -16,7 +18,7 @@ typedef struct ca_parallel_seconds {
 } ca_parallel_seconds;
 
 typedef struct ca_parallel {
-    uint32_t workers;             /* at least 1 */
+    uint32_t workers;             /* at most so many, at least 1 */
     ca_parallel_seconds *seconds; /* loops add theirs; NULL: not measured */
     const int *stop;              /* base/stop.h; NULL: loops are finished */
     /* Called by worker 0 before each of its tasks, for what cannot wait until the loops are over; NULL: nothing is. A

@@ -71,10 +71,12 @@ static double tail_reach(double quantile, double a)
 
 ca_interval ca_confidence_interval(const ca_moments *m, double quantile)
 {
+    const double rounding = 0x1p-21 * fabs(m->mean);
+    if (m->variance == 0.0) return (ca_interval){m->mean - rounding, m->mean + rounding};
     const double n = m->replicates, deviation = sqrt(m->variance);
     const double standard_error = deviation / sqrt(n);
-    const double skewness = m->variance > 0.0 ? m->third / (m->variance * deviation) : 0.0;
-    const double a = fabs(skewness) / sqrt(n), rounding = 0x1p-21 * fabs(m->mean);
+    const double skewness = m->third / (m->variance * deviation);
+    const double a = fabs(skewness) / sqrt(n);
     const double tail = tail_reach(quantile, a) * standard_error, other = unskew(quantile, a) * standard_error;
     const double low = m->mean - (skewness < 0.0 ? tail : other), high = m->mean + (skewness < 0.0 ? other : tail);
     return (ca_interval){fmin(low, m->mean - rounding), fmax(high, m->mean + rounding)};
@@ -131,12 +133,12 @@ static void pool_moments(double sums[NEAR_SUMS], const ca_moments *m)
     sums[UNCERTAIN] += m->uncertain;
     if (m->third <= 0.0) sums[SCATTER + CA_BELOW] += m->variance;
     if (m->third >= 0.0) sums[SCATTER + CA_ABOVE] += m->variance;
-    if (level == 0.0) return;
+    sums[LIT] += level > 0.0;
+    if (level == 0.0 || m->variance == 0.0) return;
     const double inverse = 1.0 / level, variance = m->variance * inverse * inverse;
     sums[VARIANCE] += variance;
     sums[THIRD] += m->third * inverse * inverse * inverse;
     if (m->replicates > 0) sums[ERROR] += sqrt(variance / m->replicates);
-    sums[LIT]++;
 }
 
 /* With third / variance for a contribution's size h, its probability is variance / h^2. */
