@@ -15,7 +15,7 @@
 
 #include <cmocka.h>
 
-enum { SEEDS = 4 };
+enum { SEEDS = 5 };
 
 /* ---- Seeds ----------------------------------------------------------------------------------------------------- */
 
@@ -39,6 +39,10 @@ static const gltf_case seeds[SEEDS] = {
      "'KHR_materials_volume':{'thicknessFactor':1},'KHR_materials_specular':{'specularFactor':0.5}}}]", ""},
     {"unlit", "", ",'material':0,'mode':6,'indices':9", "'POSITION':0,'COLOR_0':4", "'camera':0",
      "'materials':[{'extensions':{'KHR_materials_unlit':{}},'emissiveFactor':[0,1,0]}],'animations':[]", ""},
+    {"specular-glossiness", "", ",'material':0", NULL, "'camera':0",
+     "'materials':[{'extensions':{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0.5,0.25,0.75,1],"
+     "'diffuseTexture':{'index':0},'specularFactor':[0.5,0.25,0.75],'glossinessFactor':0.75,"
+     "'specularGlossinessTexture':{'index':0}}}}],'textures':[{'source':0}],'images':[{'uri':'map.png'}]", ""},
     {"image in a view", "", ",'material':0", NULL, "'camera':0,'mesh':0",
      "'materials':[{'emissiveFactor':[1,1,1],'emissiveTexture':{'index':0}}],'textures':[{'source':0}],"
      "'images':[{'bufferView':2}]", ""},

@@ -66,6 +66,9 @@ static void path_in(void **state, const char *name, char path[256])
     "<float name='metallic' value='0.25'/>"
 #define DULL_PBR "'baseColorFactor':[0.5,0.25,0.75,1],'roughnessFactor':0.5,'metallicFactor':0.25"
 #define MAP "<string name='data' value='"
+#define METALLIC(metallic) "<float name='metallic' value='" metallic "'/>"
+#define HALF_ROUGH(metallic) "<float name='roughness' value='0.5'/>" METALLIC(metallic)
+#define DULL_MAP(metallic) "<texture type='bitmap' name='roughness'>" MAP "dull'/></texture>" METALLIC(metallic)
 #define MAP_TOP "'textures':[{'source':0}],'images':[{'uri':'map.png'}]"
 
 static const gltf_case cases[] = {
@@ -163,6 +166,29 @@ static const gltf_case cases[] = {
      "0.5,'specularColorFactor':[0.5,0.5,0.5]}}}]," LAMP_TOP,
      "<bsdf type='twosided' id='m'><bsdf type='principled'>" DULL
      "<float name='eta' value='1.2222222222222223'/></bsdf></bsdf>" SHAPE("plain", "")},
+    /* Half of a metal: 0.52 is 0.04 and half of the rest. Metallic-roughness beside it is not read. */
+    {"specular-glossiness", "", ",'material':0", NULL, LAMP_NODE,
+     "'materials':[{'pbrMetallicRoughness':{'metallicFactor':1},'extensions':{'KHR_materials_pbrSpecularGlossiness':{"
+     "'diffuseFactor':[0.5,0.25,0.75,1],'specularFactor':[0.52,0.26,0.13],'glossinessFactor':0.5}}}],"
+     "'extensionsRequired':['KHR_materials_pbrSpecularGlossiness']," LAMP_TOP,
+     "<bsdf type='twosided' id='m'><bsdf type='blendbsdf'><float name='weight' value='0.5'/>"
+     PRINCIPLED("<rgb name='base_color' value='0.5 0.25 0.75'/>" HALF_ROUGH("0"))
+     PRINCIPLED("<rgb name='base_color' value='1 0.5 0.25'/>" HALF_ROUGH("1")) "</bsdf></bsdf>" SHAPE("plain", "")},
+    /* 0.01 of the light straight on: (1 + 0.1) / (1 - 0.1) */
+    {"specular-glossiness of a dielectric", "", ",'material':0", NULL, LAMP_NODE,
+     "'materials':[{'extensions':{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0.5,0.25,0.75,1],"
+     "'specularFactor':[0.01,0.01,0.01],'glossinessFactor':0.5}}}]," LAMP_TOP,
+     "<bsdf type='twosided' id='m'><bsdf type='principled'><rgb name='base_color' value='0.5 0.25 0.75'/>"
+     HALF_ROUGH("0") "<float name='eta' value='1.2222222222222223'/></bsdf></bsdf>" SHAPE("plain", "")},
+    {"specular-glossiness by textures", "", ",'material':0", NULL, LAMP_NODE,
+     "'materials':[{'extensions':{'KHR_materials_pbrSpecularGlossiness':{'diffuseFactor':[0.5,0.25,0.75,1],"
+     "'diffuseTexture':{'index':0},'specularFactor':[0.5,0.25,0.75],'glossinessFactor':0.75,"
+     "'specularGlossinessTexture':{'index':0}}}}]," MAP_TOP "," LAMP_TOP,
+     "<bsdf type='twosided' id='m'><bsdf type='blendbsdf'>"
+     "<texture type='bitmap' name='weight'>" MAP "metal'/></texture>"
+     PRINCIPLED("<texture type='bitmap' name='base_color'>" MAP "tinted'/></texture>" DULL_MAP("0"))
+     PRINCIPLED("<texture type='bitmap' name='base_color'>" MAP "hue'/></texture>" DULL_MAP("1"))
+     "</bsdf></bsdf>" SHAPE("square", "")},
     {"thin wall", "", ",'material':0", NULL, LAMP_NODE,
      "'materials':[{'pbrMetallicRoughness':{'baseColorFactor':[0.5,0.25,0.75,1],'roughnessFactor':0,"
      "'metallicFactor':0},'extensions':{'KHR_materials_transmission':{'transmissionFactor':0.75}}}]," LAMP_TOP,

@@ -130,8 +130,9 @@ ca_scene_source gltf_twin_source(const char *text, const char *path)
                                           MESH("plain", normals, NULL, triangles),
                                           MESH("flat", NULL, NULL, triangles), MESH("fan", normals, NULL, fan),
                                           MESH("strip", normals, NULL, strip)};
+    static const double factors[3] = {0.5, 0.25, 0.75};
     static float tinted[3 * PIXELS], green[PIXELS], blue[PIXELS], red[PIXELS], alpha[PIXELS], cut[PIXELS],
-        bumps[3 * PIXELS], coat[PIXELS], glow[3 * PIXELS];
+        bumps[3 * PIXELS], coat[PIXELS], glow[3 * PIXELS], dull[PIXELS], metal[PIXELS], hue[3 * PIXELS];
     for (unsigned y = 0; y < SAMPLE_HEIGHT; y++)
         for (unsigned x = 0; x < SAMPLE_WIDTH; x++) {
             const size_t i = (size_t)y * SAMPLE_WIDTH + x;
@@ -141,18 +142,24 @@ ca_scene_source gltf_twin_source(const char *text, const char *path)
             alpha[i] = (float)((double)raw(x, y, 3) * 0.75);
             cut[i] = (double)raw(x, y, 3) * 1.0 >= 0.5 ? 1.0f : 0.0f;
             coat[i] = gloss((float)((double)raw(x, y, 1) * 0.25));
+            dull[i] = (float)(1.0 - (double)raw(x, y, 3) * 0.75);
+            double largest = 0.0;
             for (unsigned c = 0; c < 3; c++) {
                 const double n = 2.0 * (double)raw(x, y, c) - 1.0;
-                static const double factors[3] = {0.5, 0.25, 0.75};
                 tinted[3 * i + c] = (float)((double)linear(x, y, c) * factors[c]);
+                largest = fmax(largest, (double)linear(x, y, c) * factors[c]);
                 glow[3 * i + c] = (float)((double)linear(x, y, c) * factors[c] * 8.0);
                 bumps[3 * i + c] = (float)(0.5 * (c < 2 ? n * 0.25 : n) + 0.5);
             }
+            metal[i] = (float)fmax((largest - 0.04) / (1.0 - 0.04), 0.0);
+            for (unsigned c = 0; c < 3 && largest > 0.0; c++)
+                hue[3 * i + c] = (float)((double)linear(x, y, c) * factors[c] / largest);
         }
 #define BITMAP(name, channels) {#name, SAMPLE_WIDTH, SAMPLE_HEIGHT, channels, name}
     static const ca_bitmap_data bitmaps[] = {BITMAP(tinted, 3), BITMAP(green, 1), BITMAP(blue, 1),
                                              BITMAP(red, 1),    BITMAP(alpha, 1), BITMAP(cut, 1),
-                                             BITMAP(bumps, 3),  BITMAP(coat, 1),  BITMAP(glow, 3)};
+                                             BITMAP(bumps, 3),  BITMAP(coat, 1),  BITMAP(glow, 3),
+                                             BITMAP(dull, 1),   BITMAP(metal, 1), BITMAP(hue, 3)};
     return (ca_scene_source){.text = text, .size = strlen(text), .path = path, .meshes = meshes, .mesh_count = 5,
                              .bitmaps = bitmaps, .bitmap_count = sizeof bitmaps / sizeof *bitmaps};
 }

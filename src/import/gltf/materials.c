@@ -1,5 +1,5 @@
-/* Materials: metallic-roughness and its extensions as principled, thin-walled transmission beside it, coverage as a
- * mask, emission as an area light. docs/gltf.md says what of them is kept. */
+/* Materials: metallic-roughness and its extensions as principled, specular-glossiness as two of these, thin-walled
+ * transmission beside it, coverage as a mask, emission as an area light. docs/gltf.md says what of them is kept. */
 #include "import/gltf/reader.h"
 
 #include <math.h>
@@ -8,7 +8,8 @@
 /* What one material is made of. */
 typedef struct maker {
     ca_gltf *g;
-    const ca_gltf_value *material, *pbr; /* either may be NULL */
+    const ca_gltf_value *material, *pbr; /* either may be NULL; likewise: */
+    const ca_gltf_value *glossy;         /* specular-glossiness, which goes before metallic-roughness */
     const char *id;                      /* of the outermost BSDF */
     bool colored;                        /* colours at the corners of the mesh */
     double base[4];
@@ -23,14 +24,34 @@ static ca_xml_node *add_bsdf(maker *m, ca_xml_node *parent, const char *type)
 
 /* ---- Parameters ------------------------------------------------------------------------------------------------ */
 
+static const ca_gltf_value *specular_glossiness(ca_gltf *g, const ca_gltf_value *material)
+{
+    return ca_gltf_extension(g, material, "KHR_materials_pbrSpecularGlossiness");
+}
+
+/* Factors in [0, 1], all of them 1 where there are none. */
+static void read_factors(ca_gltf *g, const ca_gltf_value *object, const char *key, double *factors, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) factors[i] = 1.0;
+    if (!ca_gltf_numbers(g, object, key, factors, count)) return;
+    for (uint32_t i = 0; i < count; i++)
+        if (!(factors[i] >= 0.0 && factors[i] <= 1.0))
+            ca_gltf_fail(g, ca_gltf_member(g, object, key), "must lie in [0, 1]");
+}
+
 void ca_gltf_base_color(ca_gltf *g, const ca_gltf_value *material, double rgba[4])
 {
-    const ca_gltf_value *pbr = ca_gltf_object(g, material, "pbrMetallicRoughness");
-    for (int i = 0; i < 4; i++) rgba[i] = 1.0;
-    if (!ca_gltf_numbers(g, pbr, "baseColorFactor", rgba, 4)) return;
-    for (int i = 0; i < 4; i++)
-        if (!(rgba[i] >= 0.0 && rgba[i] <= 1.0))
-            ca_gltf_fail(g, ca_gltf_member(g, pbr, "baseColorFactor"), "must lie in [0, 1]");
+    const ca_gltf_value *glossy = specular_glossiness(g, material);
+    if (glossy)
+        read_factors(g, glossy, "diffuseFactor", rgba, 4);
+    else
+        read_factors(g, ca_gltf_object(g, material, "pbrMetallicRoughness"), "baseColorFactor", rgba, 4);
+}
+
+static const ca_gltf_value *base_texture(maker *m)
+{
+    return m->glossy ? ca_gltf_object(m->g, m->glossy, "diffuseTexture")
+                     : ca_gltf_object(m->g, m->pbr, "baseColorTexture");
 }
 
 /* A colour: three factors, times a texture in sRGB. */
@@ -59,7 +80,7 @@ static void put_corner_colors(maker *m, ca_xml_node *object, const char *name, c
 {
     static const ca_gltf_bake as_it_is = {.pixels = CA_GLTF_COLOR, .factors = {1.0, 1.0, 1.0}};
     ca_tree *tree = &m->g->tree;
-    const ca_gltf_value *info = ca_gltf_object(m->g, m->pbr, "baseColorTexture");
+    const ca_gltf_value *info = base_texture(m);
     if (info) {
         object = ca_tree_named_object(tree, object, "texture", "scale", name, id);
         ca_gltf_texture(m->g, info, &as_it_is, object, NULL, NULL, &m->uv_set);
@@ -75,7 +96,7 @@ static void put_base_color(maker *m, ca_xml_node *object, const char *name)
     if (m->colored)
         put_corner_colors(m, object, name, NULL);
     else
-        put_color(m, object, name, m->base, ca_gltf_object(m->g, m->pbr, "baseColorTexture"));
+        put_color(m, object, name, m->base, base_texture(m));
 }
 
 /* ---- Extensions ------------------------------------------------------------------------------------------------ */
@@ -191,19 +212,78 @@ static void put_principled(maker *m, ca_xml_node *parent, const transmission *t)
     put_sheen(m, bsdf);
 }
 
+/* ---- Specular-glossiness --------------------------------------------------------------------------------------- */
+
+/* A part of the surface: the dielectric with the diffuse colour below it, or the metal. */
+static ca_xml_node *put_glossy_part(maker *m, ca_xml_node *parent, bool metal, double eta)
+{
+    const double glossiness = ca_gltf_number(m->g, m->glossy, "glossinessFactor", 1.0, 0.0, 1.0);
+    const ca_gltf_value *info = ca_gltf_object(m->g, m->glossy, "specularGlossinessTexture");
+    const ca_gltf_bake bake = {.pixels = CA_GLTF_REST, .channel = 3, .factors = {glossiness, 0.0, 0.0}};
+    ca_xml_node *bsdf = add_bsdf(m, parent, "principled");
+    if (info)
+        ca_gltf_texture(m->g, info, &bake, bsdf, "roughness", NULL, &m->uv_set);
+    else
+        ca_tree_float(&m->g->tree, bsdf, "roughness", 1.0 - glossiness);
+    ca_tree_float(&m->g->tree, bsdf, "metallic", metal ? 1.0 : 0.0);
+    ca_tree_float(&m->g->tree, bsdf, "eta", eta);
+    return bsdf;
+}
+
+/* What is reflected straight on comes of a dielectric as far as that reaches, the rest of a metal of the same hue,
+ * which takes its share of the surface: what is left for the diffuse colour is what the extension leaves it. */
+static void put_specular_glossiness(maker *m, ca_xml_node *parent)
+{
+    ca_gltf *g = m->g;
+    double specular[3], hue[3];
+    read_factors(g, m->glossy, "specularFactor", specular, 3);
+    const ca_gltf_value *info = ca_gltf_object(g, m->glossy, "specularGlossinessTexture");
+    const double straight_on = largest(specular), share = ca_gltf_metal_share(straight_on);
+    const double root = sqrt(info ? CA_GLTF_DIELECTRIC : fmin(straight_on, CA_GLTF_DIELECTRIC));
+    const double eta = (1.0 + root) / (1.0 - root);
+    for (int c = 0; c < 3; c++) hue[c] = straight_on > 0.0 ? specular[c] / straight_on : 0.0;
+    const ca_gltf_bake color = {.pixels = CA_GLTF_HUE, .factors = {specular[0], specular[1], specular[2]}},
+                       weight = {.pixels = CA_GLTF_METAL, .factors = {specular[0], specular[1], specular[2]}};
+    if (share == 0.0) {
+        put_base_color(m, put_glossy_part(m, parent, false, eta), "base_color");
+        return;
+    }
+    ca_xml_node *blend = add_bsdf(m, parent, "blendbsdf");
+    if (info)
+        ca_gltf_texture(g, info, &weight, blend, "weight", NULL, &m->uv_set);
+    else
+        ca_tree_float(&g->tree, blend, "weight", share);
+    put_base_color(m, put_glossy_part(m, blend, false, eta), "base_color");
+    ca_xml_node *metal = put_glossy_part(m, blend, true, eta);
+    if (info)
+        ca_gltf_texture(g, info, &color, metal, "base_color", NULL, &m->uv_set);
+    else
+        ca_tree_rgb(&g->tree, metal, "base_color", hue);
+}
+
+/* ---- Around it ------------------------------------------------------------------------------------------------- */
+
+static void put_material(maker *m, ca_xml_node *parent, const transmission *t)
+{
+    if (m->glossy)
+        put_specular_glossiness(m, parent);
+    else
+        put_principled(m, parent, t);
+}
+
 /* Inside of a normal map, where there is one. */
 static void put_shaded(maker *m, ca_xml_node *parent, const transmission *t)
 {
     const ca_gltf_value *info = ca_gltf_object(m->g, m->material, "normalTexture");
     if (!info) {
-        put_principled(m, parent, t);
+        put_material(m, parent, t);
         return;
     }
     const double scale = ca_gltf_number(m->g, info, "scale", 1.0, -1e3, 1e3);
     const ca_gltf_bake bake = {.pixels = CA_GLTF_NORMAL, .factors = {scale, 0.0, 0.0}};
     ca_xml_node *map = add_bsdf(m, parent, "normalmap");
     ca_gltf_texture(m->g, info, &bake, map, "normalmap", NULL, &m->uv_set);
-    put_principled(m, map, t);
+    put_material(m, map, t);
 }
 
 /* Both sides look the same, but for glass that bends light. */
@@ -244,7 +324,7 @@ static ca_xml_node *put_mask(maker *m, ca_xml_node *parent)
         return parent;
     }
     const double cutoff = ca_gltf_number(g, m->material, "alphaCutoff", 0.5, 0.0, 1e30);
-    const ca_gltf_value *info = ca_gltf_object(g, m->pbr, "baseColorTexture");
+    const ca_gltf_value *info = base_texture(m);
     const double alpha = m->base[3], constant = cuts ? (alpha >= cutoff ? 1.0 : 0.0) : alpha;
     if (!info && constant == 1.0) return parent;
     ca_xml_node *mask = add_bsdf(m, parent, "mask");
@@ -293,16 +373,16 @@ static void make_unlit(maker *m, ca_gltf_material *made, ca_xml_node *parent)
         put_corner_colors(m, ca_tree_root(&m->g->tree), NULL, made->radiance);
         return;
     }
-    set_emission(m, made, m->base, ca_gltf_object(m->g, m->pbr, "baseColorTexture"));
+    set_emission(m, made, m->base, base_texture(m));
 }
 
 /* ---- Any material ---------------------------------------------------------------------------------------------- */
 
 static void note_unread(maker *m)
 {
-    static const char *const unread[] = {"KHR_materials_anisotropy",           "KHR_materials_iridescence",
-                                         "KHR_materials_dispersion",           "KHR_materials_diffuse_transmission",
-                                         "KHR_materials_pbrSpecularGlossiness", "KHR_materials_volume_scatter"};
+    static const char *const unread[] = {"KHR_materials_anisotropy", "KHR_materials_iridescence",
+                                         "KHR_materials_dispersion", "KHR_materials_diffuse_transmission",
+                                         "KHR_materials_volume_scatter"};
     for (size_t i = 0; i < CA_COUNT(unread); i++) {
         const ca_gltf_value *extension = ca_gltf_extension(m->g, m->material, unread[i]);
         if (extension) ca_gltf_note(m->g, extension, "the material extension %s is not read", unread[i]);
@@ -335,7 +415,8 @@ const ca_gltf_material *ca_gltf_material_of(ca_gltf *g, const ca_gltf_value *pri
     ca_gltf_material *made = &g->materials[colored][index];
     if (made->done) return made;
     maker m = {.g = g, .material = material, .colored = colored, .uv_set = CA_NONE,
-               .pbr = ca_gltf_object(g, material, "pbrMetallicRoughness")};
+               .pbr = ca_gltf_object(g, material, "pbrMetallicRoughness"),
+               .glossy = specular_glossiness(g, material)};
     made->done = true;
     made->id = material ? ca_gltf_format(g, "material %u%s", index, colored ? " with colours" : "")
                         : ca_gltf_format(g, "default material%s", colored ? " with colours" : "");

@@ -22,6 +22,9 @@ typedef enum ca_gltf_pixels {
     CA_GLTF_NORMAL,  /* a normal map whose x and y are scaled */
     CA_GLTF_GLOSS,   /* of the clearcoat: from a channel that is a roughness */
     CA_GLTF_LARGEST, /* sRGB, times three factors: the largest component */
+    CA_GLTF_METAL,   /* the same: which share of a metal beside a dielectric reflects so much straight on */
+    CA_GLTF_HUE,     /* the same: the colour whose largest component is 1; black stays black */
+    CA_GLTF_REST,    /* 1 without one linear channel times a factor */
 } ca_gltf_pixels;
 
 typedef struct ca_gltf_bake {
@@ -156,6 +159,11 @@ bool ca_gltf_read_indices(ca_gltf *g, const ca_gltf_value *accessor, size_t limi
 const ca_gltf_material *ca_gltf_material_of(ca_gltf *g, const ca_gltf_value *primitive, bool colored);
 /* Linear colour and alpha that colours at corners are multiplied with. */
 void ca_gltf_base_color(ca_gltf *g, const ca_gltf_value *material, double rgba[4]);
+
+/* What the dielectric of a material reflects straight on, if nothing else is said; and the share of a metal, which
+ * reflects all, beside it, so that both reflect `reflectance` together. */
+#define CA_GLTF_DIELECTRIC 0.04
+double ca_gltf_metal_share(double reflectance);
 
 /* Appends <texture name="NAME"> to the object for a textureInfo, or a texture with an id of its own to the scene
  * (name NULL). All textures of a material must want the same coordinates: *uv_set. */

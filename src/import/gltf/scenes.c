@@ -16,7 +16,8 @@ static void check_required(ca_gltf *g)
         "KHR_materials_ior",       "KHR_materials_clearcoat",    "KHR_materials_specular",
         "KHR_materials_sheen",     "KHR_texture_transform",      "KHR_materials_unlit",
         "KHR_mesh_quantization",   "KHR_materials_volume",       "EXT_texture_webp",
-        "EXT_mesh_gpu_instancing", "KHR_node_visibility"};
+        "EXT_mesh_gpu_instancing", "KHR_node_visibility",        "KHR_materials_pbrSpecularGlossiness",
+    };
     const ca_gltf_value *list = ca_gltf_array(g, g->root, "extensionsRequired");
     for (uint32_t i = 0; list && i < list->count && ca_import_good(g->importer); i++) {
         const ca_gltf_value *name = list->items[i];

@@ -72,18 +72,29 @@ static double channel_at(const ca_image *image, const float *pixel, uint32_t cha
 /* The clearcoat's alpha is the square of its roughness here, and runs from 0.1 to 0.001 in the principled BSDF. */
 static double gloss_of(double roughness) { return fmin(fmax((0.1 - roughness * roughness) / 0.099, 0.0), 1.0); }
 
+double ca_gltf_metal_share(double reflectance)
+{
+    return fmin(fmax((reflectance - CA_GLTF_DIELECTRIC) / (1.0 - CA_GLTF_DIELECTRIC), 0.0), 1.0);
+}
+
+static double largest_of(const ca_image *image, const float *pixel, const ca_gltf_bake *bake)
+{
+    double largest = 0.0;
+    for (uint32_t c = 0; c < 3; c++) largest = fmax(largest, channel_at(image, pixel, c) * bake->factors[c]);
+    return largest;
+}
+
 static double scalar_of(const ca_image *image, const float *pixel, const ca_gltf_bake *bake)
 {
     const double value = channel_at(image, pixel, bake->channel) * bake->factors[0];
     switch (bake->pixels) {
     case CA_GLTF_CUT: return value >= bake->factors[1] ? 1.0 : 0.0;
     case CA_GLTF_GLOSS: return gloss_of(value);
-    case CA_GLTF_LARGEST: {
-        double largest = 0.0;
-        for (uint32_t c = 0; c < 3; c++) largest = fmax(largest, channel_at(image, pixel, c) * bake->factors[c]);
-        return largest;
-    }
+    case CA_GLTF_LARGEST: return largest_of(image, pixel, bake);
+    case CA_GLTF_METAL: return ca_gltf_metal_share(largest_of(image, pixel, bake));
+    case CA_GLTF_REST: return fmin(fmax(1.0 - value, 0.0), 1.0);
     case CA_GLTF_COLOR:
+    case CA_GLTF_HUE:
     case CA_GLTF_NORMAL:
     case CA_GLTF_CHANNEL: break;
     }
@@ -92,8 +103,12 @@ static double scalar_of(const ca_image *image, const float *pixel, const ca_gltf
 
 static void bake_pixel(const ca_image *image, const float *pixel, const ca_gltf_bake *bake, float *out)
 {
-    if (bake->pixels == CA_GLTF_COLOR) {
-        for (uint32_t c = 0; c < 3; c++) out[c] = (float)(channel_at(image, pixel, c) * bake->factors[c]);
+    if (bake->pixels == CA_GLTF_COLOR || bake->pixels == CA_GLTF_HUE) {
+        const double largest = bake->pixels == CA_GLTF_HUE ? largest_of(image, pixel, bake) : 1.0;
+        for (uint32_t c = 0; c < 3; c++) {
+            const double value = channel_at(image, pixel, c) * bake->factors[c];
+            out[c] = (float)(largest > 0.0 ? value / largest : 0.0);
+        }
     } else if (bake->pixels == CA_GLTF_NORMAL) {
         const double scale = bake->factors[0];
         for (uint32_t c = 0; c < 3; c++) {
@@ -107,8 +122,9 @@ static void bake_pixel(const ca_image *image, const float *pixel, const ca_gltf_
 
 static const char *bake_image(ca_gltf *g, const ca_gltf_value *image, const ca_gltf_bake *bake)
 {
-    const bool colored = bake->pixels == CA_GLTF_COLOR || bake->pixels == CA_GLTF_LARGEST;
-    const uint32_t channels = bake->pixels == CA_GLTF_COLOR || bake->pixels == CA_GLTF_NORMAL ? 3 : 1;
+    const bool has_hue = bake->pixels == CA_GLTF_COLOR || bake->pixels == CA_GLTF_HUE;
+    const bool colored = has_hue || bake->pixels == CA_GLTF_LARGEST || bake->pixels == CA_GLTF_METAL;
+    const uint32_t channels = has_hue || bake->pixels == CA_GLTF_NORMAL ? 3 : 1;
     ca_image decoded;
     ca_tree_bitmap bitmap;
     if (!decode_image(g, image, colored ? CA_ENCODING_SRGB : CA_ENCODING_RAW, &decoded)) return NULL;
