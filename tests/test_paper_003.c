@@ -25,6 +25,11 @@
     "<shape type='sphere'><point name='center' value='" centre "'/><float name='radius' value='" radius "'/>" inside \
     "</shape>"
 
+/* Of reflectance 1/2, six wide. */
+#define FLOOR                                                                                                        \
+    "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/><scale value='3'/></transform>"   \
+    "<bsdf type='diffuse'/></shape>"
+
 /* ---- All light ------------------------------------------------------------------------------------------------- */
 
 /* Inside of a sphere of reflectance 1/2 that shines with 1/2 every pixel is 1/2 + 1/4 + ..., by all techniques
@@ -51,8 +56,7 @@ static void test_lamp_above_a_floor(void **state)
         SCENE(DEPTH("2") "<sensor type='perspective'><float name='fov' value='0.01'/><transform name='to_world'>"
                          "<lookat origin='1,0.5,0' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
                          "<integer name='width' value='16'/><integer name='height' value='16'/></film></sensor>"
-                         "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/>"
-                         "<scale value='3'/></transform><bsdf type='diffuse'/></shape>" BALL(
+                         FLOOR BALL(
                              "0,2,0", "0.4", "<bsdf type='diffuse'/>" GLOW("5"))));
     const batch_settings settings = {.integrator = "bdpt:paper=true", .samples = 40, .batches = 8, .seed = 5};
     const measured value = measure_mean(scene, &settings);
@@ -67,11 +71,8 @@ static void test_floor_behind_a_lamp(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text(
-        SCENE(DEPTH("2") "<sensor type='perspective'><float name='fov' value='60'/><transform name='to_world'>"
-                         "<lookat origin='4,1,0' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'>"
-                         "<integer name='width' value='16'/><integer name='height' value='16'/></film></sensor>"
-                         "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/>"
-                         "<scale value='3'/></transform><bsdf type='diffuse'/></shape>"
+        SCENE(DEPTH("2") SENSOR("<transform name='to_world'><lookat origin='4,1,0' target='0,0,0' up='0,1,0'/>"
+                                "</transform>") FLOOR
                          "<shape type='rectangle'><transform name='to_world'><rotate x='1' angle='-90'/>"
                          "<translate y='2'/></transform>" GLOW("5") "</shape>"));
     const batch_settings settings = {.integrator = "bdpt:paper=true", .samples = 4, .batches = 2, .seed = 5};

@@ -184,8 +184,10 @@ static void leave(task_loop *loop)
     while (loop->running > 0) pthread_cond_wait(&loop->finished, &pool.lock);
     task_loop **place = &pool.loops;
     while (*place && *place != loop) place = &(*place)->older;
-    if (*place) *place = loop->older;
-    pool.at_work -= !counts;
+    if (*place) { /* else it was forgotten in a child */
+        *place = loop->older;
+        pool.at_work -= !counts;
+    }
     pthread_mutex_unlock(&pool.lock);
 }
 

@@ -55,4 +55,3 @@ void ca_binned_add(int32_t *high, uint16_t *low, const int32_t *more_high, const
         low[i] = (uint16_t)sum;
     }
 }
-

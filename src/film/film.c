@@ -188,17 +188,12 @@ bool ca_film_add(ca_film *film, uint32_t x, uint32_t y, const ca_film_sample *sa
 
 /* ---- Sums of parts --------------------------------------------------------------------------------------------- */
 
-static const ca_group_sums *group_of(const ca_film *film, size_t i)
-{
-    return film->group_parts ? &film->group_parts[i] : NULL;
-}
-
 static ca_film_pixel pixel_of_parts(const ca_film *film, size_t i)
 {
     const ca_pass_sums *from = &film->parts[i];
     ca_film_pixel to = {.samples = from->samples};
     double values[CA_PASS_SUMS];
-    ca_pass_sums_values(from, group_of(film, i), values);
+    ca_pass_sums_values(from, film->group_parts ? &film->group_parts[i] : NULL, values);
     memcpy(to.sum, values + CA_PASS_VALUES, sizeof to.sum);
     memcpy(to.sum_squares, values + CA_PASS_SQUARES, sizeof to.sum_squares);
     to.sum_squares_luminance = values[CA_PASS_SQUARES + 3];

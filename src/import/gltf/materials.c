@@ -64,15 +64,22 @@ static void put_color(maker *m, ca_xml_node *object, const char *name, const dou
         ca_tree_rgb(&m->g->tree, object, name, rgb);
 }
 
-/* A number: a factor, times a channel of a linear texture. */
+/* A number: by a texture, or a constant where there is none. */
+static void put_baked(maker *m, ca_xml_node *object, const char *name, const ca_gltf_value *info,
+                      const ca_gltf_bake *bake, double constant)
+{
+    if (info)
+        ca_gltf_texture(m->g, info, bake, object, name, NULL, &m->uv_set);
+    else
+        ca_tree_float(&m->g->tree, object, name, constant);
+}
+
+/* A factor, times a channel of a linear texture. */
 static void put_number(maker *m, ca_xml_node *object, const char *name, double factor, const ca_gltf_value *info,
                        uint32_t channel)
 {
     const ca_gltf_bake bake = {.pixels = CA_GLTF_CHANNEL, .channel = channel, .factors = {factor, 0.0, 0.0}};
-    if (info && factor != 0.0)
-        ca_gltf_texture(m->g, info, &bake, object, name, NULL, &m->uv_set);
-    else
-        ca_tree_float(&m->g->tree, object, name, factor);
+    put_baked(m, object, name, factor != 0.0 ? info : NULL, &bake, factor);
 }
 
 /* The colours at corners, which have the factor in them; times the texture, where there is one. */
@@ -113,6 +120,13 @@ static double index_of_refraction(maker *m)
     return n == 0.0 ? 1000.0 : n; /* 0 stands for an infinite one: all is reflected */
 }
 
+/* The index of refraction of what reflects so much straight on. */
+static double index_of(double straight_on)
+{
+    const double root = sqrt(straight_on);
+    return (1.0 + root) / (1.0 - root);
+}
+
 /* The index whose reflectance straight on is that of KHR_materials_specular; refraction keeps its own. */
 static double reflecting_index(maker *m, bool transmits)
 {
@@ -130,8 +144,7 @@ static double reflecting_index(maker *m, bool transmits)
         ca_gltf_note(m->g, specular, "KHR_materials_specular has no effect on solid glass");
     if (transmits) return n;
     const double root = (n - 1.0) / (n + 1.0);
-    const double straight_on = fmin(root * root * factor * fmax(largest(color), 0.0), 0.99);
-    return (1.0 + sqrt(straight_on)) / (1.0 - sqrt(straight_on));
+    return index_of(fmin(root * root * factor * fmax(largest(color), 0.0), 0.99));
 }
 
 static void put_clearcoat(maker *m, ca_xml_node *bsdf)
@@ -143,11 +156,7 @@ static void put_clearcoat(maker *m, ca_xml_node *bsdf)
     const double roughness = ca_gltf_number(m->g, coat, "clearcoatRoughnessFactor", 0.0, 0.0, 1.0);
     const ca_gltf_value *info = ca_gltf_object(m->g, coat, "clearcoatRoughnessTexture");
     const ca_gltf_bake bake = {.pixels = CA_GLTF_GLOSS, .channel = 1, .factors = {roughness, 0.0, 0.0}};
-    if (info)
-        ca_gltf_texture(m->g, info, &bake, bsdf, "clearcoat_gloss", NULL, &m->uv_set);
-    else
-        ca_tree_float(&m->g->tree, bsdf, "clearcoat_gloss",
-                      fmin(fmax((0.1 - roughness * roughness) / 0.099, 0.0), 1.0));
+    put_baked(m, bsdf, "clearcoat_gloss", info, &bake, ca_gltf_gloss(roughness));
     if (ca_gltf_member(m->g, coat, "clearcoatNormalTexture"))
         ca_gltf_note(m->g, coat, "a clearcoat has the normals of what is below: clearcoatNormalTexture is not read");
 }
@@ -160,10 +169,7 @@ static void put_sheen(maker *m, ca_xml_node *bsdf)
     if (!(largest(color) > 0.0)) return;
     const ca_gltf_value *info = ca_gltf_object(m->g, sheen, "sheenColorTexture");
     const ca_gltf_bake bake = {.pixels = CA_GLTF_LARGEST, .factors = {color[0], color[1], color[2]}};
-    if (info)
-        ca_gltf_texture(m->g, info, &bake, bsdf, "sheen", NULL, &m->uv_set);
-    else
-        ca_tree_float(&m->g->tree, bsdf, "sheen", fmin(largest(color), 1.0));
+    put_baked(m, bsdf, "sheen", info, &bake, fmin(largest(color), 1.0));
     if (!is_grey(color)) ca_tree_float(&m->g->tree, bsdf, "sheen_tint", 1.0);
     ca_gltf_note(m->g, sheen, "KHR_materials_sheen is read as the sheen of principled, whose roughness is fixed and "
                               "whose hue is white or the base colour's");
@@ -221,10 +227,7 @@ static ca_xml_node *put_glossy_part(maker *m, ca_xml_node *parent, bool metal, d
     const ca_gltf_value *info = ca_gltf_object(m->g, m->glossy, "specularGlossinessTexture");
     const ca_gltf_bake bake = {.pixels = CA_GLTF_REST, .channel = 3, .factors = {glossiness, 0.0, 0.0}};
     ca_xml_node *bsdf = add_bsdf(m, parent, "principled");
-    if (info)
-        ca_gltf_texture(m->g, info, &bake, bsdf, "roughness", NULL, &m->uv_set);
-    else
-        ca_tree_float(&m->g->tree, bsdf, "roughness", 1.0 - glossiness);
+    put_baked(m, bsdf, "roughness", info, &bake, 1.0 - glossiness);
     ca_tree_float(&m->g->tree, bsdf, "metallic", metal ? 1.0 : 0.0);
     ca_tree_float(&m->g->tree, bsdf, "eta", eta);
     return bsdf;
@@ -239,8 +242,7 @@ static void put_specular_glossiness(maker *m, ca_xml_node *parent)
     read_factors(g, m->glossy, "specularFactor", specular, 3);
     const ca_gltf_value *info = ca_gltf_object(g, m->glossy, "specularGlossinessTexture");
     const double straight_on = largest(specular), share = ca_gltf_metal_share(straight_on);
-    const double root = sqrt(info ? CA_GLTF_DIELECTRIC : fmin(straight_on, CA_GLTF_DIELECTRIC));
-    const double eta = (1.0 + root) / (1.0 - root);
+    const double eta = index_of(info ? CA_GLTF_DIELECTRIC : fmin(straight_on, CA_GLTF_DIELECTRIC));
     for (int c = 0; c < 3; c++) hue[c] = straight_on > 0.0 ? specular[c] / straight_on : 0.0;
     const ca_gltf_bake color = {.pixels = CA_GLTF_HUE, .factors = {specular[0], specular[1], specular[2]}},
                        weight = {.pixels = CA_GLTF_METAL, .factors = {specular[0], specular[1], specular[2]}};
@@ -249,10 +251,7 @@ static void put_specular_glossiness(maker *m, ca_xml_node *parent)
         return;
     }
     ca_xml_node *blend = add_bsdf(m, parent, "blendbsdf");
-    if (info)
-        ca_gltf_texture(g, info, &weight, blend, "weight", NULL, &m->uv_set);
-    else
-        ca_tree_float(&g->tree, blend, "weight", share);
+    put_baked(m, blend, "weight", info, &weight, share);
     put_base_color(m, put_glossy_part(m, blend, false, eta), "base_color");
     ca_xml_node *metal = put_glossy_part(m, blend, true, eta);
     if (info)

@@ -160,6 +160,9 @@ const ca_gltf_material *ca_gltf_material_of(ca_gltf *g, const ca_gltf_value *pri
 /* Linear colour and alpha that colours at corners are multiplied with. */
 void ca_gltf_base_color(ca_gltf *g, const ca_gltf_value *material, double rgba[4]);
 
+/* `clearcoat_gloss` of principled, which takes alpha, here the square of a roughness, from 0.1 to 0.001. */
+double ca_gltf_gloss(double roughness);
+
 /* What the dielectric of a material reflects straight on, if nothing else is said; and the share of a metal, which
  * reflects all, beside it, so that both reflect `reflectance` together. */
 #define CA_GLTF_DIELECTRIC 0.04

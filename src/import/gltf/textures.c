@@ -69,8 +69,7 @@ static double channel_at(const ca_image *image, const float *pixel, uint32_t cha
     return (double)pixel[image->channels >= 3 ? channel : 0];
 }
 
-/* The clearcoat's alpha is the square of its roughness here, and runs from 0.1 to 0.001 in the principled BSDF. */
-static double gloss_of(double roughness) { return fmin(fmax((0.1 - roughness * roughness) / 0.099, 0.0), 1.0); }
+double ca_gltf_gloss(double roughness) { return fmin(fmax((0.1 - roughness * roughness) / 0.099, 0.0), 1.0); }
 
 double ca_gltf_metal_share(double reflectance)
 {
@@ -89,7 +88,7 @@ static double scalar_of(const ca_image *image, const float *pixel, const ca_gltf
     const double value = channel_at(image, pixel, bake->channel) * bake->factors[0];
     switch (bake->pixels) {
     case CA_GLTF_CUT: return value >= bake->factors[1] ? 1.0 : 0.0;
-    case CA_GLTF_GLOSS: return gloss_of(value);
+    case CA_GLTF_GLOSS: return ca_gltf_gloss(value);
     case CA_GLTF_LARGEST: return largest_of(image, pixel, bake);
     case CA_GLTF_METAL: return ca_gltf_metal_share(largest_of(image, pixel, bake));
     case CA_GLTF_REST: return fmin(fmax(1.0 - value, 0.0), 1.0);
