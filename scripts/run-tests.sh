@@ -77,7 +77,8 @@ cd "$(dirname "$0")/.." || exit 2
 export CA_BUILD_DIR
 export CA_TEST_TIMEOUT=${CA_TEST_TIMEOUT:-300}
 export CMOCKA_MESSAGE_OUTPUT=TAP
-export TSAN_OPTIONS="ignore_noninstrumented_modules=1 suppressions=$PWD/tests/tsan.supp ${TSAN_OPTIONS:-}"
+tsan="ignore_noninstrumented_modules=1 die_after_fork=0 suppressions=$PWD/tests/tsan.supp"
+export TSAN_OPTIONS="$tsan ${TSAN_OPTIONS:-}"
 export LSAN_OPTIONS="suppressions=$PWD/tests/lsan.supp print_suppressions=0 ${LSAN_OPTIONS:-}"
 export UBSAN_OPTIONS="print_stacktrace=1 ${UBSAN_OPTIONS:-}"
 

@@ -138,7 +138,8 @@ bool ca_light_store_add(ca_light_store *store, uint32_t worker, uint32_t path, c
     uint32_t number;
     if (!take_words(store, worker, words, &number)) return false;
     number += before;
-    ca_light_pack(layout, &source, store->pages[number >> CA_LIGHT_PAGE_BITS] + (number & (CA_LIGHT_PAGE - 1)));
+    float *const page = __atomic_load_n(&store->pages[number >> CA_LIGHT_PAGE_BITS], __ATOMIC_RELAXED);
+    ca_light_pack(layout, &source, page + (number & (CA_LIGHT_PAGE - 1)));
     store->paths[path] =
         (ca_light_path){.first = number, .count = (uint16_t)source.count, .records = (uint16_t)source.records};
     *bytes = words * sizeof(float);
