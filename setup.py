@@ -33,16 +33,28 @@ def apt_line():
     return "apt-get install " + " ".join(sorted(set(names) | {"python3-dev"}))
 
 
+def reason(output):
+    """What CMake or the compiler complains of, of all that they print."""
+    lines = output.splitlines()
+    errors = [i for i, line in enumerate(lines) if line.startswith("CMake Error") or " error: " in line]
+    if not errors:
+        return "\n".join(lines[-20:])
+    end = next((i for i in range(errors[0], len(lines)) if lines[i].startswith("Call Stack")), errors[0] + 20)
+    return "\n".join(lines[errors[0]:min(end, errors[0] + 20)]).rstrip()
+
+
 def run(command):
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     if done.returncode == 0:
         return
-    sys.exit(f"{done.stdout}\ncaustica: \"{shlex.join(command)}\" failed. If a header or library is missing, this installs "
-             f"what a build needs:\n    {apt_line()}")
+    sys.exit(f"{reason(done.stdout)}\n\ncaustica: \"{shlex.join(command)}\" failed. If a header or library is missing, this "
+             f"installs what a build needs:\n    {apt_line()}")
 
 
 def check_tools():
-    missing = [tool for tool in ("cmake", "cc") if not shutil.which(tool)]
+    """Before anything is built, or the header is read, which the compiler does."""
+    compiler = shlex.split(os.environ.get("CC", "cc"))[0]
+    missing = [tool for tool in ("cmake", compiler) if not shutil.which(tool)]
     if not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")):
         missing.append("Python.h")
     if missing:
@@ -61,7 +73,6 @@ class BuildWithLibrary(build_ext):
     """The library first, beside which the extension is linked; it finds the library in its own folder."""
 
     def run(self):
-        check_tools()
         folder = os.environ.get("CAUSTICA_BUILD") or build_library(os.path.join(HERE, self.build_temp, "library"))
         for extension in self.extensions:
             extension.include_dirs.append(os.path.join(HERE, "include"))
@@ -84,6 +95,7 @@ class LimitedWheel(bdist_wheel):
         self.py_limited_api = "cp311"
 
 
+check_tools()
 setup(
     version=version(),
     cffi_modules=["python/build_extension.py:ffi"],

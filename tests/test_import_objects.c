@@ -1020,6 +1020,9 @@ static void spectra(void **state)
 #define STRING(name, value) "<string name=\"" name "\" value=\"" value "\"/>"
     is_rgb(intensity_of(SPECTRUM("d65", "")), 1.0, 1.0, 1.0);
     is_rgb(intensity_of(SPECTRUM("d65", "<float name=\"scale\" value=\"3\"/>")), 3.0, 3.0, 3.0);
+    is_rgb(intensity_of(SPECTRUM("d65", "<float name=\"scale\" value=\"2\"/>"
+                                        "<rgb name=\"color\" value=\"0.1, 2, 0.3\"/>")),
+           0.2, 4.0, 0.6);
     is_rgb(intensity_of(SPECTRUM("uniform", "<float name=\"value\" value=\"2\"/>")), 2.0, 2.0, 2.0);
     is_rgb(intensity_of(SPECTRUM("srgb", "<rgb name=\"color\" value=\"1 2 3\"/>")), 1.0, 2.0, 3.0);
     is_rgb(intensity_of(SPECTRUM("rawconstant", "<vector name=\"value\" value=\"4 5 6\"/>")), 4.0, 5.0, 6.0);

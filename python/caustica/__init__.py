@@ -8,7 +8,7 @@
 """
 from caustica import util
 from caustica._converge import converge
-from caustica._dict import Mesh
+from caustica._dict import Mesh, Object
 from caustica._errors import ArgumentError, Error, FileError, FormatError, OutOfMemory, SceneError, Unsupported
 from caustica._image import Bitmap, Image, compare
 from caustica._library import ffi as _ffi
@@ -19,8 +19,8 @@ from caustica._transform import ScalarTransform4f
 
 __version__ = _ffi.string(_lib.ca_version()).decode()
 
-__all__ = ["ArgumentError", "Bitmap", "Error", "FileError", "FormatError", "Image", "Mesh", "Noise", "OutOfMemory",
-           "ScalarTransform4f", "Scene", "SceneError", "Settings", "Unsupported", "compare", "converge", "load_dict",
+__all__ = ["ArgumentError", "Bitmap", "Error", "FileError", "FormatError", "Image", "Mesh", "Noise", "Object",
+           "OutOfMemory", "ScalarTransform4f", "Scene", "SceneError", "Settings", "Unsupported", "compare", "converge", "load_dict",
            "load_file", "load_string", "measure_noise", "render", "set_variant", "util", "variant", "variants"]
 
 

@@ -1,15 +1,19 @@
 """Scenes from dictionaries: load_dict's form becomes the text and the arrays that the library reads.
 
 An object is a dictionary with its plugin's name as "type"; the other entries are its parameters and the objects in it.
-Each opening tag of the text is on a line of its own, and the lines remember the keys that led there, so that an error
-names them."""
+References name an object by its "id", or by the keys that lead to it with dots between them. Each opening tag of the text is
+on a line of its own, and the lines remember the keys that led there, so that an error names them."""
+import os
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from caustica._errors import SceneError
-from caustica._image import Bitmap, Image
+from caustica._image import Bitmap, Image, linear
 from caustica._transform import ScalarTransform4f
+
+#: Plugins that are a colour.
+SPECTRA = ("rgb", "spectrum", "d65", "uniform", "regular", "irregular", "blackbody", "rawconstant", "srgb")
 
 #: Which element a plugin is written as.
 TAGS = {
@@ -32,9 +36,26 @@ TAGS = {
              "roughconductorGGX", "roughdielectricGGX", "phong", "roughdiffuse", "mixturebsdf", "difftrans",
              "ward", "principledthin", "coating", "roughcoating"],
     "emitter": ["area", "directionalarea", "point", "spot", "directional", "constant", "envmap", "projector"],
-    "texture": ["bitmap", "checkerboard", "scale", "mix", "power", "clamp", "facing", "mapped", "mesh_attribute", "vertexcolors"],
+    "texture": ["bitmap", "checkerboard", "scale", "mix", "power", "clamp", "facing", "mapped", "mesh_attribute", "vertexcolors",
+                *SPECTRA[2:]],
 }
 _TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}
+
+
+def tag_of(plugin):
+    """None: there is no such plugin."""
+    return _TAG_OF.get(plugin)
+
+
+class Object:
+    """One object that load_dict() made of a dictionary without a scene around it. It goes where its dictionary could: into
+    other dictionaries, and to render() as `sensor` or `integrator`."""
+
+    def __init__(self, description):
+        self.description = description
+
+    def __repr__(self):
+        return f"<caustica.Object {self.description['type']}>"
 
 
 class Mesh:
@@ -72,15 +93,16 @@ def _rows(array, kind, columns, name):
 class Document:
     """The text of a dictionary, and the arrays that the text names."""
 
-    def __init__(self, description):
+    def __init__(self, description, unsaid=()):
+        """unsaid: keys at the beginning that paths do not tell."""
         self.lines, self.paths = [], []
+        self.unsaid = len(unsaid)
         self.meshes, self.bitmaps = [], []
-        if not isinstance(description, dict) or description.get("type") != "scene":
-            raise SceneError("a scene's dictionary begins with \"type\": \"scene\"")
+        self.references = _References(description)
         self._open('<scene version="3.0.0">', ())
         for key, value in description.items():
             if key != "type":
-                self._add(key, value, (key,), f"id={quoteattr(key)}")
+                self._add(key, value, (key,), "")
         self._open("</scene>", ())
 
     @property
@@ -89,15 +111,19 @@ class Document:
 
     def path_of(self, line):
         """The keys that lead to what is on a line (from 1), with dots between them."""
-        return ".".join(map(str, self.paths[line - 1])) if 0 < line <= len(self.paths) else ""
+        return self._told(self.paths[line - 1]) if 0 < line <= len(self.paths) else ""
+
+    def _told(self, path):
+        return ".".join(map(str, path[self.unsaid:]))
 
     def _open(self, line, path):
         self.lines.append(line)
         self.paths.append(path)
 
     def _fail(self, path, message):
-        error = SceneError(f"{'.'.join(map(str, path))}: {message}")
-        error.path = ".".join(map(str, path))
+        told = self._told(path)
+        error = SceneError(f"{told}: {message}" if told else message)
+        error.path = told
         raise error
 
     def _array(self, arrays, array):
@@ -109,8 +135,8 @@ class Document:
             self._add_object({"type": "mesh", "data": value, **value.parameters}, path, naming)
         elif isinstance(value, (Bitmap, Image)):
             self._add_object({"type": "bitmap", "data": value}, path, naming)
-        elif isinstance(value, dict):
-            self._add_object(value, path, naming)
+        elif isinstance(value, (dict, Object)):
+            self._add_object(_plain(value), path, naming)
         else:
             self._add_value(key, value, path)
 
@@ -121,15 +147,21 @@ class Document:
         if kind in ("rgb", "spectrum"):
             return self._add_color(kind, value, path)
         if kind == "ref":
-            named = "" if naming.startswith("id=") else naming
-            return self._open(f"<ref {named} id={quoteattr(str(value['id']))}/>", path)
+            if "id" not in value:
+                self._fail(path, "a reference has the id of an object as \"id\"")
+            return self._open(f"<ref {naming} id={quoteattr(self.references.resolve(str(value['id'])))}/>", path)
+        if kind == "resources":
+            if "path" not in value:
+                self._fail(path, "resources have a folder as \"path\"")
+            return self._open(f"<path value={quoteattr(os.fspath(value['path']))}/>", path)
         if kind not in _TAG_OF:
             nearest = _nearest(str(kind), _TAG_OF)
             self._fail(path, f"there is no plugin \"{kind}\"; the nearest known one is \"{nearest}\"")
         tag = _TAG_OF[kind]
-        self._open(f'<{tag} type="{kind}" {naming}>', path)
+        name = self.references.name_of(value, path)
+        self._open(f'<{tag} type="{kind}" {naming}{f" id={quoteattr(name)}" if name else ""}>', path)
         for key, inner in value.items():
-            if key == "type":
+            if key in ("type", "id"):
                 continue
             if kind in ("bitmap", "envmap") and key in ("bitmap", "data"):
                 self._add_bitmap(inner, (*path, key))
@@ -141,7 +173,7 @@ class Document:
         return self._open(f"</{tag}>", path)
 
     def _add_bitmap(self, value, path):
-        array = np.ascontiguousarray(value, dtype=np.float32)
+        array = np.ascontiguousarray(linear(value))
         array = array[:, :, None] if array.ndim == 2 else array
         if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
             self._fail(path, f"pixels have the shape (height, width), or 1 to 4 channels behind it, not {array.shape}")
@@ -151,10 +183,17 @@ class Document:
         given = value.get("value", 1.0)
         if kind == "spectrum" and "filename" in value:
             return self._open(f'<spectrum name="{path[-1]}" filename={quoteattr(str(value["filename"]))}/>', path)
-        if kind == "spectrum" and np.ndim(given) == 2:
-            text = ", ".join(f"{float(wavelength)!r}:{float(v)!r}" for wavelength, v in given)
+        try:
+            numbers = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            numbers = np.empty((0, 0))
+        if kind == "spectrum" and numbers.ndim == 2 and numbers.shape[1] == 2:
+            text = ", ".join(f"{float(wavelength)!r}:{float(v)!r}" for wavelength, v in numbers)
+        elif numbers.shape in ((), (1,), (3,)):
+            text = ", ".join(repr(float(v)) for v in np.atleast_1d(numbers))
         else:
-            text = ", ".join(repr(float(v)) for v in np.atleast_1d(given))
+            self._fail(path, "a colour is one number or three" + (", or pairs of a wavelength and a value"
+                                                                  if kind == "spectrum" else "") + f", not {given!r:.80}")
         return self._open(f'<{kind} name="{path[-1]}" value="{text}"/>', path)
 
     # ---- Values --------------------------------------------------------------------------------------------------------
@@ -167,8 +206,8 @@ class Document:
             self._open(f'<integer {name} value="{int(value)}"/>', path)
         elif isinstance(value, (float, np.floating)):
             self._open(f'<float {name} value="{float(value)!r}"/>', path)
-        elif isinstance(value, str):
-            self._open(f"<string {name} value={quoteattr(value)}/>", path)
+        elif isinstance(value, (str, os.PathLike)):
+            self._open(f"<string {name} value={quoteattr(os.fspath(value))}/>", path)
         elif isinstance(value, ScalarTransform4f) or np.shape(value) == (4, 4):
             numbers = " ".join(repr(float(v)) for v in ScalarTransform4f(value).matrix.flat)
             self._open(f'<transform {name}><matrix value="{numbers}"/></transform>', path)
@@ -176,6 +215,42 @@ class Document:
             self._open(f'<point {name} value="{", ".join(repr(float(v)) for v in value)}"/>', path)
         else:
             self._fail(path, f"a parameter is a number, a text, three numbers, a transform or a dictionary, not {value!r:.80}")
+
+
+class _References:
+    """What references call the objects of a scene: each name, and the identifier that the text has for it."""
+
+    def __init__(self, description):
+        self.wanted, self.given, self.objects = set(), set(), {}
+        self._find(description, ())
+        self.wanted = {self.resolve(name) for name in self.wanted}
+
+    def _find(self, value, path):
+        """All references and all objects, by the keys that lead there."""
+        if value.get("type") == "ref":
+            self.wanted.add(str(value.get("id")))
+        elif path:
+            self.objects[".".join(map(str, path))] = value
+            self.given |= {str(value["id"])} if "id" in value else set()
+        for key, inner in value.items():
+            inner = inner.parameters if isinstance(inner, Mesh) else _plain(inner)
+            if isinstance(inner, dict):
+                self._find(inner, (*path, key))
+
+    def resolve(self, name):
+        """The identifier for the "id" of a reference."""
+        if name in self.given or name not in self.objects:
+            return name
+        return str(self.objects[name].get("id", name))
+
+    def name_of(self, value, path):
+        """An object's own identifier, or the keys that lead there if something refers to it or they are one; else None."""
+        name = str(value.get("id", ".".join(map(str, path))))
+        return name if "id" in value or len(path) == 1 or name in self.wanted else None
+
+
+def _plain(value):
+    return value.description if isinstance(value, Object) else value
 
 
 def _nearest(word, names):

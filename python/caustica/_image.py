@@ -8,6 +8,18 @@ from caustica._errors import check, new_error
 from caustica._library import ffi, lib
 
 
+def linear(values):
+    """Linear float32 values: bytes and 16-bit integers are sRGB, as they are in files; a fourth or second channel, which is
+    alpha, is linear."""
+    array = np.asarray(values)
+    if array.dtype not in (np.uint8, np.uint16):
+        return np.asarray(array, dtype=np.float32)
+    made = (array / np.iinfo(array.dtype).max).astype(np.float32)
+    colors = made[:, :, :-1] if array.ndim == 3 and array.shape[2] in (2, 4) else made
+    colors[...] = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
+    return made
+
+
 class _Pixels:
     """Lends a channel's memory to NumPy and keeps its picture alive."""
 
@@ -38,16 +50,18 @@ class Image:
 
     @staticmethod
     def from_array(array):
-        """Of an array (height, width), (height, width, 1) or (height, width, 3) of linear values."""
-        array = np.asarray(array, dtype=np.float32)
+        """Of an array (height, width), or (height, width, 1 to 4): grey or R, G, B, and alpha as the channel "A". Values are
+        linear; those of uint8 and uint16 are sRGB."""
+        array = linear(array)
         array = array[:, :, None] if array.ndim == 2 else array
-        if array.ndim != 3 or array.shape[2] not in (1, 3):
-            raise ValueError(f"a picture has the shape (height, width), or 1 or 3 channels behind it, not {array.shape}")
+        if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
+            raise ValueError(f"a picture has the shape (height, width), or 1 to 4 channels behind it, not {array.shape}")
         error, image = new_error(), ffi.new("ca_image_layers **")
         check(lib.ca_image_make(array.shape[1], array.shape[0], image, error), error)
         made = Image(image[0])
-        for index, name in enumerate("RGB"):
-            channel = np.ascontiguousarray(array[:, :, index % array.shape[2]])
+        places = [0, 0, 0, 1] if array.shape[2] <= 2 else [0, 1, 2, 3]
+        for index, name in zip(places, "RGBA" if array.shape[2] in (2, 4) else "RGB"):
+            channel = np.ascontiguousarray(array[:, :, index])
             check(lib.ca_image_add(made._pointer, name.encode(), ffi.from_buffer("float[]", channel), error), error)
         return made
 
@@ -58,8 +72,15 @@ class Image:
         lib.ca_image_size(self._pointer, size, size + 1)
         return size[1], size[0]
 
-    height = property(lambda self: self.shape[0])
-    width = property(lambda self: self.shape[1])
+    @property
+    def height(self):
+        """Rows of pixels."""
+        return self.shape[0]
+
+    @property
+    def width(self):
+        """Pixels of a row."""
+        return self.shape[1]
 
     @property
     def channels(self):
@@ -92,9 +113,18 @@ class Image:
 
     @property
     def rgb(self):
+        """R, G and B: float32 (height, width, 3), a copy; linear Rec. 709 radiance, in the units of the scene's lights."""
         return np.stack([self[c] for c in "RGB"], axis=2)
 
+    @property
+    def interval(self):
+        """Low and high ends of the 95 % intervals of R, G and B: two arrays (height, width, 3); -inf and inf where nothing is
+        known (docs/images.md). KeyError: the picture has none."""
+        return self.layer("ConfidenceLow"), self.layer("ConfidenceHigh")
+
     def __array__(self, dtype=None, copy=None):
+        if copy is False:
+            raise ValueError("R, G and B are apart in memory: an array of all three is a copy")
         return self.rgb if dtype is None else self.rgb.astype(dtype)
 
     def save(self, path, exposure=0.0):
@@ -114,24 +144,31 @@ class Image:
 
 
 class Bitmap:
-    """A picture from a file or an array (height, width[, 1 to 4]), as textures take it. np.asarray(bitmap) is its array."""
+    """A picture from a file or an array (height, width[, 1 to 4]), as textures take it: linear float32 values, whatever the file
+    or the array has; uint8 and uint16 are sRGB. np.asarray(bitmap) is its array."""
 
     def __init__(self, source):
-        self.array = np.asarray(Image.load(source) if isinstance(source, (str, os.PathLike)) else source, dtype=np.float32)
+        self.array = linear(Image.load(source) if isinstance(source, (str, os.PathLike)) else source)
 
     def write(self, path):
+        """To an .exr, .png or .pfm file."""
         write_bitmap(path, self.array)
 
     def __array__(self, dtype=None, copy=None):
-        return self.array if dtype is None else self.array.astype(dtype)
+        if copy is False and dtype not in (None, np.float32):
+            raise ValueError(f"values are float32: an array of {np.dtype(dtype)} is a copy")
+        return np.array(self.array, dtype=dtype, copy=bool(copy)) if copy else self.array.astype(dtype or np.float32, copy=False)
 
     def _repr_png_(self):
         return Image.from_array(self.array)._repr_png_()
 
 
-def write_bitmap(path, image):
-    """Writes a picture, or an array of linear values, to .exr, .png or .pfm."""
-    (image if isinstance(image, Image) else Image.from_array(image)).save(path)
+def write_bitmap(filename, data, write_async=True, quality=-1):
+    """Writes a picture, or an array as Image.from_array has it, to .exr, .png or .pfm; complete or not at all.
+
+    write_async, quality: accepted so that scripts for Mitsuba run; the file is there when the call returns, and no format loses
+    more than its own precision."""
+    (data if isinstance(data, Image) else Image.from_array(data)).save(filename)
 
 
 def compare(image, reference):

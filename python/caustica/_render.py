@@ -1,8 +1,12 @@
 """Rendering, and measuring noise."""
+import contextlib
 import dataclasses
 import os
 
-from caustica._errors import check, interruptible, new_error
+import numpy as np
+
+from caustica._dict import Object
+from caustica._errors import ArgumentError, check, interruptible, new_error
 from caustica._image import Image, as_record
 from caustica._library import ffi, lib
 
@@ -86,7 +90,8 @@ def caustica_progress(progress, user):
 
 
 class _Bar:
-    """A tqdm bar of the fraction done."""
+    """A tqdm bar of the fraction done: of passes or seconds, or of the time that a noise target takes (noise falls with its
+    root)."""
 
     def __init__(self):
         from tqdm.auto import tqdm
@@ -94,20 +99,50 @@ class _Bar:
 
     def __call__(self, told):
         done = [told["passes_done"] / told["passes_total"] if told["passes_total"] else 0.0,
-                told["seconds"] / told["seconds_total"] if told["seconds_total"] else 0.0]
-        self.bar.update(min(1.0, max(done)) - self.bar.n)
+                told["seconds"] / told["seconds_total"] if told["seconds_total"] else 0.0,
+                (told["noise_target"] / told["noise_percent"]) ** 2 if told["noise_percent"] > 0.0 else 0.0]
+        self.bar.update(max(self.bar.n, min(1.0, max(done))) - self.bar.n)
         if told["noise_percent"] >= 0.0:
             self.bar.set_postfix_str(f"noise {told['noise_percent']:.3g} %")
 
 
+@contextlib.contextmanager
 def _callback(progress):
-    """A function, or None. True means a bar, where tqdm is installed."""
-    if progress is not True:
-        return progress or None
+    """Gives a function, or None. True means a bar, where tqdm is installed."""
+    bar = None
+    if progress is True:
+        with contextlib.suppress(ImportError):
+            bar = _Bar()
     try:
-        return _Bar()
-    except ImportError:
-        return None
+        yield bar if progress is True else progress or None
+    finally:
+        if bar:
+            bar.bar.close()
+
+
+def _integrator(value):
+    """As the library has it: a text such as "path:max_depth=4" of a dictionary or an object of load_dict()."""
+    value = value.description if isinstance(value, Object) else value
+    if not isinstance(value, dict):
+        return value
+    parameters = {key: str(v).lower() if isinstance(v, (bool, np.bool_)) else str(v)
+                  for key, v in value.items() if key not in ("type", "id")}
+    nested = [key for key, v in value.items() if isinstance(v, (dict, Object))]
+    if "type" not in value or nested:
+        raise ArgumentError(f"an integrator within another one is only read in a scene: {', '.join(nested)}" if nested else
+                            "an integrator has its name as \"type\"")
+    return value["type"] + (":" if parameters else "") + ",".join(f"{key}={text}" for key, text in parameters.items())
+
+
+def _seen_by(scene, sensor):
+    """A scene seen by another sensor: a dictionary or an object of load_dict(). A number is that which it was loaded with."""
+    if sensor is None:
+        return scene
+    if isinstance(sensor, (int, np.integer)):
+        if sensor != scene.sensor:
+            raise ArgumentError(f"the scene was loaded with sensor {scene.sensor}: load it with sensor={sensor}")
+        return scene
+    return scene.with_sensor(sensor)
 
 
 def _settings(settings, changes):
@@ -115,7 +150,8 @@ def _settings(settings, changes):
     if unknown:
         raise TypeError(f"no setting is called {', '.join(sorted(unknown))}; there are "
                         f"{', '.join(field.name for field in dataclasses.fields(Settings))}")
-    return dataclasses.replace(settings or Settings(), **{k: v for k, v in changes.items() if v is not None})
+    made = dataclasses.replace(settings or Settings(), **{k: v for k, v in changes.items() if v is not None})
+    return dataclasses.replace(made, integrator=_integrator(made.integrator))
 
 
 def _statistics(struct):
@@ -133,7 +169,7 @@ def render(scene, settings=None, *, sensor=None, progress=None, **changes):
         spp          camera paths per pixel
         seconds      stop after the pass in which this much time is reached
         noise        stop when the relative standard error of the image is below this many percent
-        integrator   "auto", "path", "ovcm:max_depth=8,radius=0.01", ...
+        integrator   "auto", "path", "ovcm:max_depth=8,radius=0.01", ..., or a dictionary {"type": "path", "max_depth": 4}
         sampler      "independent", "halton", "sobol", ...
         seed         another one makes an independent picture
         size         (width, height) of the full film
@@ -142,19 +178,19 @@ def render(scene, settings=None, *, sensor=None, progress=None, **changes):
                      as the options of `caustica render`
         memory       MiB for film and light paths
         threads      0: one per processor; the picture does not depend on it, to the bit
-    sensor: a dictionary: the scene is seen by this sensor instead.
+    sensor: a dictionary or an Object: the scene is seen by this sensor instead. A number: that which it was loaded with.
     progress: True for a bar (where tqdm is installed), or a function that is called after each pass with a dict
         (passes_done, passes_total, seconds, noise_percent, ...) and may return False to end the render.
 
     The picture's `statistics` tell what the render was. Ctrl-C ends it at once and raises KeyboardInterrupt. Other
     threads of Python go on meanwhile."""
-    if sensor is not None:
-        scene = scene.with_sensor(sensor)
-    call = _Call(_settings(settings, changes), _callback(progress))
+    scene = _seen_by(scene, sensor)
     error, image, statistics = new_error(), ffi.new("ca_image_layers **"), ffi.new("ca_render_statistics *")
-    with interruptible() as call.struct.stop:
-        call.struct.discard = call.struct.stop  # after Ctrl-C there is nobody to whom the picture could be given
-        status = lib.ca_render(scene._pointer, call.struct, image, statistics, error)
+    with _callback(progress) as told:
+        call = _Call(_settings(settings, changes), told)
+        with interruptible() as call.struct.stop:
+            call.struct.discard = call.struct.stop  # after Ctrl-C there is nobody to whom the picture could be given
+            status = lib.ca_render(scene._pointer, call.struct, image, statistics, error)
     made = Image(image[0], _statistics(statistics)) if image[0] else None
     call.check(status, error)
     return made
@@ -179,7 +215,8 @@ class Noise:
 
     def recommend(self, objective=None):
         """The numbers of paths with the least noise after a given time, as a dict; the picture gets a map of camera paths,
-        Rays.Numbers. objective: "mean", "relative" or "worst-decile"."""
+        Rays.Numbers. objective: "mean", "relative" or "worst-decile". Where paths connect (bdpt, vcm, ...) the light paths are
+        among those that were measured for, and there is no map."""
         error, found = new_error(), ffi.new("ca_noise_recommendation *")
         text = ffi.NULL if objective is None else ffi.new("char[]", objective.encode())
         with interruptible() as self._call.struct.stop:
@@ -189,14 +226,25 @@ class Noise:
         return as_record(found)
 
 
-def measure_noise(scene, iterations, settings=None, *, progress=None, **changes):
-    """Measures the components of the noise in so many iterations (>= 2) of `bdpm` or `ppm`, with the settings of render() that
-    do not end one. Returns a Noise."""
-    call = _Call(_settings(settings, changes), _callback(progress))
+def measure_noise(scene, iterations, settings=None, *, counts=(), progress=None, **changes):
+    """Measures the components of the noise in so many iterations (>= 2) of `bdpm`, `ppm`, `bdpt`, `vcm`, `ovcm` or `vavcm`, with
+    the settings of render() that do not end one. Returns a Noise.
+
+    counts: pairs of numbers (light_paths, camera_paths). Where paths connect, their weights depend on these numbers: average()
+    is right for those measured with and for these, and recommend() chooses among them. Each takes 168 bytes a pixel and a
+    quarter of an iteration's time."""
     error, noise = new_error(), ffi.new("ca_noise **")
     image, statistics = ffi.new("ca_image_layers **"), ffi.new("ca_render_statistics *")
-    with interruptible() as call.struct.stop:
-        status = lib.ca_noise_measure(scene._pointer, call.struct, iterations, noise, image, statistics, error)
+    others = ffi.new("ca_noise_counts[]", [tuple(map(int, pair)) for pair in counts])
+    with _callback(progress) as told:
+        call = _Call(_settings(settings, changes), told)
+        with interruptible() as call.struct.stop:
+            call.struct.discard = call.struct.stop
+            if len(others):
+                status = lib.ca_noise_measure_for(scene._pointer, call.struct, iterations, others, len(others), noise, image,
+                                                  statistics, error)
+            else:
+                status = lib.ca_noise_measure(scene._pointer, call.struct, iterations, noise, image, statistics, error)
     made = Noise(scene, call, noise[0], image[0], statistics) if noise[0] else None
     call.check(status, error)
     return made

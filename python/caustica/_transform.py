@@ -74,6 +74,7 @@ class ScalarTransform4f:
     look_at = _Chained(_look_at)
 
     def inverse(self):
+        """The transform back: (t.inverse() @ t) changes nothing. numpy.linalg.LinAlgError: there is none."""
         return ScalarTransform4f(np.linalg.inv(self.matrix))
 
     def __matmul__(self, other):

@@ -6,4 +6,5 @@ from caustica import Image
 
 __all__ = ["write_bitmap"]
 
-def write_bitmap(path: str | os.PathLike[str], image: Image | npt.ArrayLike) -> None: ...
+def write_bitmap(filename: str | os.PathLike[str], data: Image | npt.ArrayLike, write_async: bool = ...,
+                 quality: int = ...) -> None: ...

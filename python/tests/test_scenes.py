@@ -96,15 +96,120 @@ def test_errors_name_the_keys(objects, path, words):
 
 
 def test_no_scene():
-    for wrong in ({}, {"type": "sphere"}, 3):
-        with pytest.raises(caustica.SceneError, match="\"type\": \"scene\""):
+    for wrong in ({}, {"sphere": {"type": "sphere"}}, 3):
+        with pytest.raises(caustica.SceneError, match="that of a scene is \"scene\""):
             caustica.load_dict(wrong)
 
 
-def test_references():
-    made = description(glass={"type": "dielectric"}, ball={"type": "sphere", "bsdf": {"type": "ref", "id": "glass"}})
-    nested = description(ball={"type": "sphere", "bsdf": {"type": "dielectric"}})
+GLASS = {"type": "dielectric"}
+
+
+@pytest.mark.parametrize("objects, name", [
+    ({"glass": GLASS}, "glass"),
+    ({"glass": {**GLASS, "id": "pane"}}, "pane"),
+    ({"glass": {**GLASS, "id": "pane"}}, "glass"),
+    ({"cube": {"type": "cube", "to_world": T().translate([0, 9, 0]), "bsdf": GLASS}}, "cube.bsdf"),
+    ({"cube": {"type": "cube", "to_world": T().translate([0, 9, 0]), "bsdf": {**GLASS, "id": "pane"}}}, "pane"),
+    ({"wing": caustica.Mesh([[0, 9, 0], [1, 9, 0], [0, 9, 1]], [[0, 1, 2]], bsdf=GLASS)}, "wing.bsdf"),
+])
+def test_references(objects, name):
+    """By the key, by an "id", by the keys that lead there; as Mitsuba 3.9.1 takes them."""
+    made = description(**objects, ball={"type": "sphere", "bsdf": {"type": "ref", "id": name}})
+    nested = description(**objects, ball={"type": "sphere", "bsdf": GLASS})
+    plain = description(**objects, ball={"type": "sphere"})
     assert np.array_equal(pixels(caustica.load_dict(made)), pixels(caustica.load_dict(nested)))
+    assert not np.array_equal(pixels(caustica.load_dict(made)), pixels(caustica.load_dict(plain)))
+
+
+def test_objects_of_their_own():
+    whole = pixels(caustica.load_dict(description(ball={"type": "sphere", "bsdf": GLASS})))
+    ball = caustica.load_dict({"type": "sphere", "bsdf": caustica.load_dict(GLASS)}, parallel=False)
+    assert np.array_equal(pixels(caustica.load_dict(description(ball=ball), optimize=False)), whole)
+    sensor = description()["sensor"]
+    sensor["film"] = caustica.load_dict({**sensor["film"], "rfilter": caustica.load_dict({"type": "tent"})})
+    sensor["sampler"] = caustica.load_dict(sensor["sampler"])
+    made = description(ball=ball, sensor=caustica.load_dict(sensor), light=caustica.load_dict(description()["light"]))
+    assert repr(made["light"]) == "<caustica.Object point>"
+    tent = description(ball=ball)
+    tent["sensor"]["film"]["rfilter"] = {"type": "tent"}
+    assert np.array_equal(pixels(caustica.load_dict(made)), pixels(caustica.load_dict(tent)))
+
+
+@pytest.mark.parametrize("wrong, path, words", [
+    ({"type": "sphere", "radus": 2}, "radus", "\"radius\""),
+    ({"type": "diffuse", "reflectance": {"type": "rgb", "value": [1, 2]}}, "reflectance", "one number or three"),
+    ({"type": "checkerboard", "colour0": 1.0}, "colour0", "\"color0\""),
+    ({"type": "area", "radiance": {"type": "spectrum", "value": "bright"}}, "radiance", "pairs of a wavelength"),
+    ({"type": "hdrfilm", "width": "wide"}, "width", "integer"),
+    ({"type": "sampler"}, "", "no plugin \"sampler\""),
+    ({"type": "sphere", "bsdf": {"type": "ref"}}, "bsdf", "\"id\""),
+    ({"type": "resources"}, "", "\"path\""),
+])
+def test_errors_of_objects(wrong, path, words):
+    with pytest.raises(caustica.SceneError) as raised:
+        caustica.load_dict(wrong)
+    assert raised.value.path == path and words in str(raised.value) and str(raised.value).startswith(path)
+
+
+@pytest.mark.parametrize("radiance, seen", [
+    ({"type": "d65", "scale": 2.0}, 2.0),
+    ({"type": "d65", "color": {"type": "rgb", "value": [0.1, 0.2, 0.3]}}, [0.1, 0.2, 0.3]),
+    ({"type": "uniform", "value": 0.4}, 0.4),
+    ({"type": "srgb", "color": {"type": "rgb", "value": [0.1, 0.2, 0.3]}}, [0.1, 0.2, 0.3]),
+    ({"type": "rgb", "value": 0.3}, 0.3),
+    (caustica.load_dict({"type": "rgb", "value": [0.1, 0.2, 0.3]}), [0.1, 0.2, 0.3]),
+])
+def test_colors(radiance, seen):
+    """What Mitsuba 3.9.1 (scalar_rgb) shows of each."""
+    scene = {"type": "scene", "light": {"type": "constant", "radiance": radiance}, "sensor": description()["sensor"]}
+    scene["sensor"]["film"]["rfilter"] = {"type": "box"}
+    assert np.allclose(pixels(caustica.load_dict(scene)), seen, rtol=1e-5)
+
+
+def test_a_spectrum_of_wavelengths():
+    flat, pairs = ({"type": "irregular", "wavelengths": "300, 900", "values": "0.25, 0.25"},
+                   {"type": "spectrum", "value": [(300, 0.25), (900, 0.25)]})
+    made = [pixels(caustica.load_dict(description(light={"type": "constant", "radiance": value}))) for value in (flat, pairs)]
+    assert np.array_equal(*made) and made[0].mean() > 0.1
+
+
+def test_folders_of_files(tmp_path):
+    caustica.util.write_bitmap(tmp_path / "red.pfm", np.full((2, 2, 3), [0.5, 0.0, 0.0]))
+    textured = {"type": "rectangle", "to_world": T().translate([0, 0, 1]).rotate([0, 1, 0], 180).scale(9),
+                "bsdf": {"type": "diffuse", "reflectance": {"type": "bitmap", "filename": "red.pfm"}}}
+    with pytest.raises(caustica.Error, match="red.pfm"):
+        caustica.load_dict(description(wall=textured))
+    found = pixels(caustica.load_dict(description(folder={"type": "resources", "path": tmp_path}, wall=textured)))[:4]
+    assert found[:, :, 0].mean() > 0 and found[:, :, 1].max() == 0
+    textured["bsdf"]["reflectance"]["filename"] = tmp_path / "red.pfm"
+    assert np.array_equal(pixels(caustica.load_dict(description(wall=textured)))[:4], found)
+
+
+def test_bytes_are_srgb():
+    def floor(value):
+        made = description(light={"type": "constant"})
+        made["floor"]["bsdf"] = {"type": "diffuse", "reflectance": value}
+        return pixels(caustica.load_dict(made))
+
+    grey = np.full((2, 2, 3), 128, np.uint8)
+    linear = ((128 / 255 + 0.055) / 1.055) ** 2.4
+    assert np.allclose(floor({"type": "bitmap", "data": grey}), floor(linear), rtol=1e-5)
+    assert np.allclose(floor({"type": "bitmap", "bitmap": caustica.Bitmap(grey)}), floor(linear), rtol=1e-5)
+    alpha = np.asarray(caustica.Bitmap(np.array([[[0, 257, 65535, 32768]]], np.uint16)))
+    assert np.allclose(alpha, [[[0, 1 / 255 / 12.92, 1, 32768 / 65535]]], rtol=1e-5)
+
+
+def test_one_of_several_sensors():
+    other = {**description()["sensor"], "to_world": T().look_at([2, 1, -3], [0, 0, 0], [0, 1, 0]), "id": "side"}
+    both = description(second=other)
+    first, second = caustica.load_dict(both), caustica.load_dict(both, sensor=1)
+    alone = pixels(caustica.load_dict(description(sensor=other)))
+    assert np.array_equal(pixels(second), alone) and not np.array_equal(pixels(first, sensor=0), alone)
+    assert np.array_equal(pixels(caustica.load_dict(both, sensor="side")), alone)
+    with pytest.raises(caustica.ArgumentError, match="load it with sensor=1"):
+        caustica.render(first, sensor=1)
+    with pytest.raises(caustica.Error, match="no sensor 2"):
+        caustica.load_dict(both, sensor=2)
 
 
 def test_files():
@@ -192,6 +297,17 @@ def test_rays():
     assert scene.occluded([[0, 0, -3]], [[0, 0, 2]], t_max=3.0).tolist() == [False]
     with pytest.raises(ValueError, match="shape"):
         scene.intersect([0, 0, 0], [0, 0, 1])
+
+
+def test_many_rays():
+    """More than are traced without asking for Ctrl-C."""
+    scene = caustica.load_dict(description(ball={"type": "sphere", "center": [0, 0, 5]}))
+    x = np.linspace(-2, 2, (1 << 20) + 100001)
+    origins = np.stack([x, np.zeros_like(x), np.zeros_like(x)], axis=1)
+    hits, hidden = scene.intersect(origins, [[0, 0, 1]]), scene.occluded(origins, [[0, 0, 1]])
+    inside = np.abs(x) < 0.999
+    assert np.allclose(hits["t"][inside], 5 - np.sqrt(1 - x[inside] ** 2), rtol=1e-4)
+    assert hidden[inside].all() and not hidden[np.abs(x) > 1.001].any() and np.isinf(hits["t"][np.abs(x) > 1.001]).all()
 
 
 def test_all_documented_plugins_have_a_tag():

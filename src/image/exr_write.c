@@ -14,6 +14,8 @@ typedef struct exr_output {
     int write_errno;
 } exr_output;
 
+typedef exr_result_t (*exr_step)(exr_encode_pipeline_t *encoder);
+
 static int64_t write_bytes(exr_const_context_t context, void *user, const void *buffer, uint64_t size,
                            uint64_t offset, exr_stream_error_func_ptr_t fail)
 {
@@ -96,11 +98,32 @@ static void point_at_lines(exr_encode_pipeline_t *encoder, const ca_image_layers
     }
 }
 
+/* The library's own step, which is the encoder's user data. A chunk as long as its pixels is read as the pixels
+ * themselves, but the library leaves compressed bytes there that come to that length (OpenEXR issue 2306). */
+static exr_result_t compress(exr_encode_pipeline_t *encoder)
+{
+    const exr_step *step = encoder->encoding_user_data;
+    const exr_result_t result = (*step)(encoder);
+    if (result == EXR_ERR_SUCCESS && encoder->compressed_bytes == encoder->packed_bytes)
+        memcpy(encoder->compressed_buffer, encoder->packed_buffer, encoder->packed_bytes);
+    return result;
+}
+
+static exr_result_t choose_steps(exr_context_t context, int part, exr_encode_pipeline_t *encoder, exr_step *step)
+{
+    const exr_result_t result = exr_encoding_choose_default_routines(context, part, encoder);
+    *step = encoder->compress_fn;
+    encoder->encoding_user_data = step;
+    if (*step) encoder->compress_fn = compress;
+    return result;
+}
+
 static exr_result_t write_chunks(exr_context_t context, int part, const ca_image_layers *layers)
 {
     int32_t lines = 0;
     exr_result_t result = exr_get_scanlines_per_chunk(context, part, &lines);
     exr_encode_pipeline_t encoder = EXR_ENCODE_PIPELINE_INITIALIZER;
+    exr_step step = NULL;
     bool started = false;
     for (size_t line = 0; result == EXR_ERR_SUCCESS && line < layers->height; line += (size_t)lines) {
         exr_chunk_info_t chunk = {0};
@@ -110,7 +133,7 @@ static exr_result_t write_chunks(exr_context_t context, int part, const ca_image
                          : exr_encoding_initialize(context, part, &chunk, &encoder);
         if (result != EXR_ERR_SUCCESS) break;
         point_at_lines(&encoder, layers, line);
-        if (!started) result = exr_encoding_choose_default_routines(context, part, &encoder);
+        if (!started) result = choose_steps(context, part, &encoder, &step);
         started = true;
         if (result == EXR_ERR_SUCCESS) result = exr_encoding_run(context, part, &encoder);
     }

@@ -105,11 +105,11 @@ static ca_rgb import_blackbody(ca_props *props, ca_color_role role)
     return ca_rgb_scale(color, scale);
 }
 
-/* The white of Rec. 709. */
+/* The white of Rec. 709, or a colour of such a light. */
 static ca_rgb import_d65(ca_props *props, ca_color_role role)
 {
-    (void)role;
-    return ca_rgb_grey((float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30));
+    const float scale = (float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30);
+    return ca_rgb_scale(ca_props_color(props, "color", ca_rgb_grey(1.0f), role), scale);
 }
 
 /* ---- Plain numbers --------------------------------------------------------------------------------------------- */
