@@ -451,6 +451,11 @@ static void test_difference(void **state)
     assert_true(isnan(d.p_value));
     assert_int_equal(ca_image_compare(half, half, &d, NULL), CA_OK);
     assert_true(d.rmse == 0.0 && d.ssim == 1.0 && d.flip_ldr == 0.0);
+    static const uint32_t corner[4] = {0, 1, 5, 3}, outside[4] = {0, 0, SIDE + 1, 1}, empty[4] = {2, 2, 2, 3};
+    assert_int_equal(ca_image_compare_within(more, half, corner, NULL, &d, NULL), CA_OK);
+    assert_true(d.pixels == 10 && fabs(d.rmse - 0.25) < 1e-9);
+    assert_int_equal(ca_image_compare_within(more, half, outside, NULL, &d, NULL), CA_ERROR_ARGUMENT);
+    assert_int_equal(ca_image_compare_within(more, half, empty, NULL, &d, NULL), CA_ERROR_ARGUMENT);
     assert_int_equal(ca_image_make(2, 2, &small, NULL), CA_OK);
     assert_int_equal(ca_image_compare(small, half, &d, NULL), CA_ERROR_ARGUMENT);
     ca_image_release(half);

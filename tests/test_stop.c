@@ -277,6 +277,65 @@ static void test_noise(void **state)
     ca_scene_release(scene);
 }
 
+/* ---- Pictures -------------------------------------------------------------------------------------------------- */
+
+static ca_image_layers *noisy_picture(uint32_t width, uint32_t height)
+{
+    ca_image_layers *image;
+    float *values = malloc((size_t)width * height * sizeof *values);
+    ca_test_random random = ca_test_random_seed(width);
+    assert_true(values && ca_image_make(width, height, &image, NULL) == CA_OK);
+    for (size_t i = 0; i < (size_t)width * height; i++) values[i] = ca_test_random_float(&random);
+    for (int c = 0; c < 3; c++)
+        assert_int_equal(ca_image_add(image, (const char *[]){"R", "G", "B"}[c], values, NULL), CA_OK);
+    free(values);
+    return image;
+}
+
+static void test_pictures_are_compared(void **state)
+{
+    (void)state;
+    ca_image_layers *a = noisy_picture(3000, 2000), *b = noisy_picture(3000, 2000);
+    ca_image_difference difference;
+    for (double delay = 0.02; delay < 2.0; delay *= 50.0) {
+        stopper s = {.delay = delay};
+        start(&s);
+        assert_int_equal(
+            finish_work(&s, ca_image_compare_within(a, b, NULL, &s.stop, &difference, NULL)), CA_ERROR_INTERRUPTED);
+    }
+    ca_image_release(a);
+    ca_image_release(b);
+}
+
+/* A file that was there stays as it is, and nothing is left beside it. */
+static void test_pictures_are_written(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"stop-save/a.exr", "stop-save/a.png", "stop-save/a.pfm"};
+    ca_image_layers *image = noisy_picture(3000, 2000), *small = noisy_picture(4, 4), *read;
+    char path[4096];
+    assert_int_equal(system("rm -rf " CA_BUILD_DIR "/tests/stop-save; mkdir " CA_BUILD_DIR "/tests/stop-save"), 0);
+    for (int i = 0; i < 3; i++) {
+        snprintf(path, sizeof path, "%s/tests/%s", CA_BUILD_DIR, names[i]);
+        assert_int_equal(ca_image_save(small, path, 0.0f, NULL), CA_OK);
+        stopper s = {.delay = 0.02};
+        start(&s);
+        assert_int_equal(finish_work(&s, ca_image_save_until(image, path, 0.0f, &s.stop, NULL)),
+                         CA_ERROR_INTERRUPTED);
+        assert_int_equal(ca_image_load_until(path, &s.stop, &read, NULL), CA_ERROR_INTERRUPTED);
+        assert_null(read);
+        uint32_t width, height;
+        assert_int_equal(ca_image_load(path, &read, NULL), CA_OK);
+        ca_image_size(read, &width, &height);
+        assert_true(width == 4 && height == 4);
+        ca_image_release(read);
+    }
+    assert_int_equal(
+        system("cd " CA_BUILD_DIR "/tests && test $(ls -A stop-save | wc -l) = 3 && rm -r stop-save"), 0);
+    ca_image_release(image);
+    ca_image_release(small);
+}
+
 /* ---- Numbers of rays that are chosen --------------------------------------------------------------------------- */
 
 /* The image is joined of passes with weights, all of which depend on times; each pixel of each is 1. Returns the
@@ -653,6 +712,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_integrator),     cmocka_unit_test(test_rounds),
         cmocka_unit_test(test_pictures_of_techniques), cmocka_unit_test(test_noise),
+        cmocka_unit_test(test_pictures_are_compared),
+        cmocka_unit_test(test_pictures_are_written),
         cmocka_unit_test(test_rays_auto),            cmocka_unit_test(test_without_a_whole_pass),
         cmocka_unit_test(test_within_a_task),        cmocka_unit_test(test_large_images),
         cmocka_unit_test(test_out_of_memory_in_a_pass),

@@ -4,7 +4,7 @@ import tempfile
 
 import numpy as np
 
-from caustica._errors import check, new_error
+from caustica._errors import check, interruptible, new_error
 from caustica._library import ffi, lib
 
 
@@ -45,7 +45,9 @@ class Image:
     def load(path):
         """All channels of an EXR file; R, G and B of a PFM, HDR or PNG file."""
         error, image = new_error(), ffi.new("ca_image_layers **")
-        check(lib.ca_image_load(os.fsencode(path), image, error), error)
+        with interruptible() as stop:
+            status = lib.ca_image_load_until(os.fsencode(path), stop, image, error)
+        check(status, error)
         return Image(image[0])
 
     @staticmethod
@@ -130,7 +132,9 @@ class Image:
     def save(self, path, exposure=0.0):
         """.exr (all channels), .png (sRGB, times 2^exposure) or .pfm; complete or not at all."""
         error = new_error()
-        check(lib.ca_image_save(self._pointer, os.fsencode(path), exposure, error), error)
+        with interruptible() as stop:
+            status = lib.ca_image_save_until(self._pointer, os.fsencode(path), exposure, stop, error)
+        check(status, error)
 
     def _repr_png_(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -171,12 +175,16 @@ def write_bitmap(filename, data, write_async=True, quality=-1):
     (data if isinstance(data, Image) else Image.from_array(data)).save(filename)
 
 
-def compare(image, reference):
-    """How much a picture differs from another one: a dict with rmse, mae, relmse, smape, ssim, flip_ldr, flip_hdr, and a test
-    block by block of what noise does not explain (blocks, blocks_rejected, p_value, detectable_bias); docs/metrics.md."""
+def compare(image, reference, region=None):
+    """How much a picture differs from another one, in a region (x0, y0, x1, y1) of pixels, half open; None: everywhere. A dict
+    with rmse, mae, relmse, smape, ssim, flip_ldr, flip_hdr, and a test block by block of what noise does not explain (blocks,
+    blocks_rejected, p_value, detectable_bias); docs/metrics.md."""
     image, reference = (i if isinstance(i, Image) else Image.from_array(i) for i in (image, reference))
     error, difference = new_error(), ffi.new("ca_image_difference *")
-    check(lib.ca_image_compare(image._pointer, reference._pointer, difference, error), error)
+    where = ffi.NULL if region is None else ffi.new("uint32_t[4]", list(region))
+    with interruptible() as stop:
+        status = lib.ca_image_compare_within(image._pointer, reference._pointer, where, stop, difference, error)
+    check(status, error)
     return as_record(difference)
 
 

@@ -193,6 +193,8 @@ def test_control_c(settings):
 @pytest.mark.parametrize("call", [
     "caustica.measure_noise(scene, 1000000, integrator='bdpm', light_paths=1000, size=(640, 480))",
     "rays = np.tile([[0.1, 0.2, -3.0]], (20000000, 1)); scene.intersect(rays, [[0, 0, 1]])",
+    "a = np.random.default_rng(1).random((2000, 3000, 3), np.float32); caustica.compare(a, a + 1)",
+    "a = np.random.default_rng(1).random((2000, 3000, 3), np.float32); caustica.Image.from_array(a).save('/dev/shm/caustica-never.exr')",
 ])
 def test_control_c_elsewhere(call):
     interrupt(f"import numpy as np; {call}", 0.9)
@@ -316,6 +318,9 @@ def test_compare(scene, image):
     assert math.isclose(flat["rmse"], 0.25) and math.isnan(flat["p_value"])
     with pytest.raises(caustica.ArgumentError):
         caustica.compare(np.zeros((4, 4)), np.zeros((4, 5)))
+    left = np.full((16, 16), 0.5)
+    left[:, :3] = 1.0
+    assert math.isclose(caustica.compare(left, np.full((16, 16), 0.5), region=(0, 0, 4, 16))["mae"], 3 * 0.5 / 4)
 
 
 def test_files_of_pictures(tmp_path, image):

@@ -2,6 +2,8 @@
 /* OpenEXR output: one part of scan lines, ZIP compression (lossless, 16 lines a chunk), through the C core. */
 #include "image/format.h"
 
+#include "base/loading.h"
+
 #include <errno.h>
 #include <openexr.h>
 #include <stdio.h>
@@ -127,6 +129,8 @@ static exr_result_t write_chunks(exr_context_t context, int part, const ca_image
     bool started = false;
     for (size_t line = 0; result == EXR_ERR_SUCCESS && line < layers->height; line += (size_t)lines) {
         exr_chunk_info_t chunk = {0};
+        result = ca_loading_check(NULL) == CA_OK ? EXR_ERR_SUCCESS : EXR_ERR_UNKNOWN;
+        if (result != EXR_ERR_SUCCESS) break;
         result = exr_write_scanline_chunk_info(context, part, layers->y0 + (int)line, &chunk);
         if (result != EXR_ERR_SUCCESS) break;
         result = started ? exr_encoding_update(context, part, &chunk, &encoder)
@@ -143,6 +147,7 @@ static exr_result_t write_chunks(exr_context_t context, int part, const ca_image
 
 static ca_status fail_write(const exr_output *output, exr_result_t result, const char *path, ca_error *error)
 {
+    CA_TRY(ca_loading_check(error));
     if (output->write_errno)
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write: %s", path, strerror(output->write_errno));
     if (result == EXR_ERR_OUT_OF_MEMORY) return ca_fail_memory(error, path);

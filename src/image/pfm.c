@@ -2,6 +2,7 @@
  * bottom up. A negative scale means little endian; its size multiplies the values. */
 #include "image/format.h"
 
+#include "base/loading.h"
 #include "base/text.h"
 
 #include <ctype.h>
@@ -72,11 +73,13 @@ ca_status ca_pfm_write(const float *const rgb[3], uint32_t width, uint32_t heigh
     errno = 0;
     bool good = fprintf(stream, "PF\n%u %u\n-1.0\n", width, height) > 0; /* this machine's order: little endian */
     for (size_t y = height; good && y-- > 0;) {
+        if (ca_loading_check(NULL) != CA_OK) break;
         for (size_t x = 0; x < width; ++x)
             for (size_t c = 0; c < 3; ++c) row[3 * x + c] = rgb[c][y * width + x];
         good = fwrite(row, 3 * sizeof *row, width, stream) == width;
     }
     const int reason = errno ? errno : EIO;
     ca_free(row);
+    CA_TRY(ca_loading_check(error));
     return good ? CA_OK : ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write: %s", path, strerror(reason));
 }

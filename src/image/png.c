@@ -188,6 +188,7 @@ static bool encode_all(png_output *output)
     png_set_sRGB(output->png, output->info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_write_info(output->png, output->info);
     for (size_t y = 0; y < output->height; ++y) {
+        if (ca_loading_check(NULL) != CA_OK) return false;
         for (size_t x = 0; x < output->width; ++x)
             for (size_t c = 0; c < 3; ++c)
                 output->row[3 * x + c] = encode(output->rgb[c][y * output->width + x] * output->scale);
@@ -195,6 +196,14 @@ static bool encode_all(png_output *output)
     }
     png_write_end(output->png, NULL);
     return true;
+}
+
+static ca_status fail_write(const png_output *output, const char *path, ca_error *error)
+{
+    CA_TRY(ca_loading_check(error));
+    if (output->out_of_memory) return ca_fail_memory(error, path);
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write as PNG: %s", path,
+                   output->write_errno ? strerror(output->write_errno) : output->message);
 }
 
 ca_status ca_png_write(const float *const rgb[3], uint32_t width, uint32_t height, float exposure, FILE *stream,
@@ -209,9 +218,7 @@ ca_status ca_png_write(const float *const rgb[3], uint32_t width, uint32_t heigh
     if (!output.row || !output.info)
         status = ca_fail_memory(error, path);
     else if (!encode_all(&output))
-        status = output.out_of_memory ? ca_fail_memory(error, path)
-                                      : ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write as PNG: %s", path,
-                                                output.write_errno ? strerror(output.write_errno) : output.message);
+        status = fail_write(&output, path, error);
     png_destroy_write_struct(&output.png, &output.info);
     ca_free(output.row);
     return status;

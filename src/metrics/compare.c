@@ -1,5 +1,6 @@
 #include "metrics/compare.h"
 
+#include "base/loading.h"
 #include "metrics/picture_pair.h"
 #include "metrics/significance.h"
 #include "math/rgb.h"
@@ -63,7 +64,7 @@ static ca_rgb pixel_of(const picture *p, size_t at)
 static void measure(const comparison_job *job, ca_comparison *result)
 {
     double squares = 0.0, relative = 0.0, absolute = 0.0, symmetric = 0.0, luminance = 0.0, reference_luminance = 0.0;
-    for (uint32_t y = job->pair.roi.y0; y < job->pair.roi.y1; y++)
+    for (uint32_t y = job->pair.roi.y0; y < job->pair.roi.y1 && ca_loading_check(NULL) == CA_OK; y++)
         for (uint32_t x = job->pair.roi.x0; x < job->pair.roi.x1; x++) {
             const size_t at = (size_t)y * job->pair.width + x;
             if (ca_picture_pair_is_masked(&job->pair, x, y)) {
@@ -291,7 +292,8 @@ static void compare_blocks(const comparison_job *job, block_record *records, dou
     const uint64_t block_width = roi->x1 - roi->x0 < job->side ? roi->x1 - roi->x0 : job->side;
     const uint64_t block_height = roi->y1 - roi->y0 < job->side ? roi->y1 - roi->y0 : job->side;
     uint32_t tested = 0;
-    for (uint32_t row = 0; row < blocks_along(roi->y1 - roi->y0, job->side); row++)
+    const uint32_t rows = blocks_along(roi->y1 - roi->y0, job->side);
+    for (uint32_t row = 0; row < rows && ca_loading_check(NULL) == CA_OK; row++)
         for (uint32_t column = 0; column < blocks_along(roi->x1 - roi->x0, job->side); column++) {
             const block b = gather_block(job, roi->x0 + column * job->side, roi->y0 + row * job->side);
             /* Too little of it is left for its mean to say something. */
@@ -321,6 +323,7 @@ ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *refere
     open_picture(image, job.pair.image, &job.image);
     open_picture(reference, job.pair.reference, &job.reference);
     measure(&job, comparison);
+    CA_TRY(ca_loading_check(error));
     if (comparison->pixels == 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "nothing is left to compare: all pixels are masked or not finite");
@@ -333,5 +336,6 @@ ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *refere
     const ca_status status = records && differences ? CA_OK : ca_fail_memory(error, "comparing images");
     ca_free(records);
     ca_free(differences);
-    return status;
+    CA_TRY(status);
+    return ca_loading_check(error);
 }

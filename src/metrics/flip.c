@@ -294,10 +294,31 @@ ca_status ca_flip_ldr(ca_flip *flip, const ca_flip_pictures *pictures, ca_tone_c
 
 /* ---- HDR ------------------------------------------------------------------------------------------------------- */
 
-static int compare_floats(const void *a, const void *b)
+/* Values up to a pivot from [*low, *high] come before the others; the part that may hold the element `at` is left. */
+static void partition(float *values, size_t at, ptrdiff_t *low, ptrdiff_t *high)
 {
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
+    const float pivot = values[*low + (*high - *low) / 2];
+    ptrdiff_t i = *low, j = *high;
+    while (i <= j) {
+        while (values[i] < pivot) i++;
+        while (values[j] > pivot) j--;
+        if (i > j) break;
+        const float swapped = values[i];
+        values[i++] = values[j];
+        values[j--] = swapped;
+    }
+    if ((ptrdiff_t)at <= j)
+        *high = j;
+    else
+        *low = (ptrdiff_t)at >= i ? i : *high; /* between the two all are the pivot */
+}
+
+/* The value that would be there in order, without putting all into it (Hoare's selection). */
+static float value_in_order(float *values, size_t count, size_t at)
+{
+    ptrdiff_t low = 0, high = (ptrdiff_t)count - 1;
+    while (low < high) partition(values, at, &low, &high);
+    return values[at];
 }
 
 /* The largest luminance and the median (the upper of the two middle ones). */
@@ -306,11 +327,12 @@ static ca_status find_luminances(const float *const reference[3], size_t pixels,
 {
     float *luminances = ca_alloc(pixels, sizeof *luminances);
     if (!luminances) return ca_fail_memory(error, "FLIP");
-    for (size_t i = 0; i < pixels; i++)
+    *largest = -(double)INFINITY;
+    for (size_t i = 0; i < pixels; i++) {
         luminances[i] = ca_luminance((ca_rgb){reference[0][i], reference[1][i], reference[2][i]});
-    qsort(luminances, pixels, sizeof *luminances, compare_floats);
-    *largest = (double)luminances[pixels - 1];
-    *median = (double)luminances[pixels / 2];
+        *largest = fmax(*largest, (double)luminances[i]);
+    }
+    *median = (double)value_in_order(luminances, pixels, pixels / 2);
     ca_free(luminances);
     return CA_OK;
 }

@@ -1,5 +1,6 @@
 #include "metrics/image_metrics.h"
 
+#include "base/loading.h"
 #include "metrics/picture_pair.h"
 
 enum { IMAGE, REFERENCE, PICTURES };
@@ -237,7 +238,8 @@ ca_status ca_measure_image(const ca_image_layers *image, const ca_image_layers *
 {
     *metrics = (ca_image_metrics){.ssim = (double)NAN, .flip_ldr = (double)NAN, .flip_hdr = (double)NAN};
     if (maps) *maps = NULL;
-    measurement m = {.settings = settings, .parallel = {.workers = settings->threads}};
+    measurement m = {.settings = settings,
+                     .parallel = {.workers = settings->threads, .stop = ca_loading_wanted_until()}};
     CA_TRY(ca_picture_pair_open(image, reference, region, &m.pair, error));
     if (!any_pixel_counts(&m))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,

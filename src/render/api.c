@@ -112,21 +112,28 @@ ca_status ca_image_add(ca_image_layers *image, const char *name, const float *va
     return CA_OK;
 }
 
-ca_status ca_image_load(const char *path, ca_image_layers **image, ca_error *error)
+ca_status ca_image_load_until(const char *path, const int *stop, ca_image_layers **image, ca_error *error)
 {
     *image = NULL;
-    return ca_layers_read(path, image, error);
+    const int *before = ca_loading_until(stop);
+    const ca_status status = ca_layers_read(path, image, error);
+    ca_loading_until(before);
+    return status;
 }
 
-ca_status ca_image_compare(const ca_image_layers *image, const ca_image_layers *reference,
-                           ca_image_difference *difference, ca_error *error)
+ca_status ca_image_load(const char *path, ca_image_layers **image, ca_error *error)
 {
-    const ca_compare_settings region = {.has_roi = false};
+    return ca_image_load_until(path, NULL, image, error);
+}
+
+static ca_status compare(const ca_image_layers *image, const ca_image_layers *reference,
+                         const ca_compare_settings *region, ca_image_difference *difference, ca_error *error)
+{
     const ca_metric_settings settings = ca_metric_defaults();
     ca_comparison c;
     ca_image_metrics m;
-    CA_TRY(ca_compare(image, reference, &region, &c, error));
-    CA_TRY(ca_measure_image(image, reference, &region, &settings, &m, NULL, error));
+    CA_TRY(ca_compare(image, reference, region, &c, error));
+    CA_TRY(ca_measure_image(image, reference, region, &settings, &m, NULL, error));
     const double unknown = (double)NAN;
     *difference = (ca_image_difference){.rmse = c.rmse,
                                         .mae = c.mae,
@@ -146,9 +153,36 @@ ca_status ca_image_compare(const ca_image_layers *image, const ca_image_layers *
     return CA_OK;
 }
 
+ca_status ca_image_compare_within(const ca_image_layers *image, const ca_image_layers *reference,
+                                  const uint32_t *region, const int *stop, ca_image_difference *difference,
+                                  ca_error *error)
+{
+    ca_compare_settings settings = {.has_roi = region != NULL};
+    if (region) settings.roi = (ca_pixel_rect){region[0], region[1], region[2], region[3]};
+    const int *before = ca_loading_until(stop);
+    const ca_status status = compare(image, reference, &settings, difference, error);
+    ca_loading_until(before);
+    return status;
+}
+
+ca_status ca_image_compare(const ca_image_layers *image, const ca_image_layers *reference,
+                           ca_image_difference *difference, ca_error *error)
+{
+    return ca_image_compare_within(image, reference, NULL, NULL, difference, error);
+}
+
+ca_status ca_image_save_until(const ca_image_layers *image, const char *path, float exposure, const int *stop,
+                              ca_error *error)
+{
+    const int *before = ca_loading_until(stop);
+    const ca_status status = ca_layers_write(image, path, exposure, error);
+    ca_loading_until(before);
+    return status;
+}
+
 ca_status ca_image_save(const ca_image_layers *image, const char *path, float exposure, ca_error *error)
 {
-    return ca_layers_write(image, path, exposure, error);
+    return ca_image_save_until(image, path, exposure, NULL, error);
 }
 
 void ca_image_release(ca_image_layers *image) { ca_layers_destroy(image); }
