@@ -13,7 +13,7 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-sanitized test-long torture fuzz mutants check-metrics check-mitsuba check-same-bits python bench bench-peers gallery paper-000 paper-002 paper-003 paper-004 lint install package clean dependencies
+.PHONY: help build demo test test-sanitized test-long torture fuzz mutants check-metrics check-mitsuba check-package check-same-bits python bench bench-peers gallery paper-000 paper-002 paper-003 paper-004 lint install package clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
@@ -22,6 +22,7 @@ help:
 	@echo "make check-metrics  compare's SSIM and FLIP against other programs, from the Python package index"
 	@echo "make check-same-bits  the same pictures, to the bit, from gcc and clang, -O1 and -O3, AVX2 and AVX-512"
 	@echo "make check-mitsuba  the recorded images of tests/mitsuba against Mitsuba 3, from the Python package index"
+	@echo "make check-package  the Debian package, installed and used in an empty Debian in build/package-root (as root)"
 	@echo "make test-long  the slow, statistical tests"
 	@echo "make torture    20 minutes of runs in which memory, files and threads fail (MINUTES=n)"
 	@echo "make fuzz       the fuzzers of all readers, with sanitizers (HOURS=n, default 1; ONLY=name)"
@@ -88,6 +89,9 @@ python: build
 check-metrics: build
 	@scripts/install-dependencies.sh check
 	@scripts/check-metrics.sh $(BUILD)
+
+check-package: package
+	@scripts/check-package.sh $(BUILD)/package-root
 
 check-same-bits:
 	@scripts/install-dependencies.sh build check

@@ -175,6 +175,7 @@ CA_API void ca_scene_intersect(const ca_scene *scene, const ca_ray *rays, size_t
 CA_API void ca_scene_occluded(const ca_scene *scene, const ca_ray *rays, size_t count, bool *occluded);
 /* The id that the scene's text gives a shape, borrowed; NULL where it has none or there is no such shape. */
 CA_API const char *ca_scene_shape_id(const ca_scene *scene, uint32_t shape);
+CA_API const char *ca_scene_instance_id(const ca_scene *scene, uint32_t instance); /* the same of an instance */
 
 /* ---- Rendering ------------------------------------------------------------------------------------------------- */
 

@@ -9,9 +9,9 @@ build=$(cd "$1" && pwd)
 cd "$(dirname "$0")/.."
 environment=$build/python/environment
 pip="$environment/bin/python -m pip --quiet --disable-pip-version-check"
-if [ ! -x "$environment/bin/jupyter-execute" ]; then
+if [ ! -x "$environment/bin/jupyter-execute" ] || [ ! -x "$environment/bin/stubtest" ]; then
     python3 -m venv --clear "$environment"
-    $pip install 'setuptools>=70.1' 'cffi>=1.16' 'numpy>=1.24' pytest tqdm matplotlib nbclient ipykernel
+    $pip install 'setuptools>=70.1' 'cffi>=1.16' 'numpy>=1.24' pytest tqdm matplotlib nbclient ipykernel mypy
 fi
 [ "${2:-}" != --environment ] || exit 0
 rm -f "$build"/python/*.whl

@@ -341,8 +341,9 @@ static ca_ray ray_from(float x, float y, float z, float dz)
 #define SOLIDS                                                                                                     \
     "<shape type='shapegroup' id='group'><shape type='sphere' id='inner'/></shape>" MESH "</shape>"                \
     "<shape type='sphere' id='ball'><point name='center' x='0' y='0' z='5'/></shape>"                          \
-    "<shape type='instance'><ref id='group'/><transform name='to_world'><translate z='9'/></transform></shape>"    \
-    "</scene>"
+    "<shape type='shapegroup' id='none'/><shape type='instance' id='nothing'><ref id='none'/></shape>"            \
+    "<shape type='instance' id='far'><ref id='group'/><transform name='to_world'><translate z='9'/></transform>"  \
+    "</shape></scene>"
 
 static void test_rays(void **state)
 {
@@ -372,6 +373,9 @@ static void test_rays(void **state)
     assert_int_equal(hits[2].instance, 0);
     assert_int_equal(hits[3].shape, UINT32_MAX);
     assert_null(ca_scene_shape_id(scene, 99));
+    assert_string_equal(ca_scene_instance_id(scene, 0), "far");
+    assert_null(ca_scene_instance_id(scene, 1));
+    assert_null(ca_scene_instance_id(scene, UINT32_MAX));
     ca_scene_release(scene);
 }
 

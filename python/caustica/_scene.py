@@ -48,8 +48,15 @@ class Scene:
 
     def shape_id(self, shape):
         """The key of a shape by its number in a hit; None where it has none."""
-        text = lib.ca_scene_shape_id(self._pointer, shape)
-        return ffi.string(text).decode() if text else None
+        return _text_or_none(lib.ca_scene_shape_id(self._pointer, shape))
+
+    def instance_id(self, instance):
+        """The key of an instance by its number in a hit; None where it has none, or nothing was met in an instance."""
+        return _text_or_none(lib.ca_scene_instance_id(self._pointer, instance))
+
+
+def _text_or_none(text):
+    return ffi.string(text).decode() if text else None
 
 
 def _ray_count(origins, directions):

@@ -27,12 +27,17 @@ TEXT = """<scene version="3.0.0"><integrator type="ovcm"><integer name="max_dept
 
 
 @pytest.mark.skipif(not PROGRAM, reason="CA_PROGRAM names no program")
-def test_the_bits_of_the_program(tmp_path):
+@pytest.mark.parametrize("integrator, settings", [("ovcm", {}), ("path", {"seed": 3}), ("bdpt", {"crop": (3, 2, 20, 12)}), ("ppm", {}),
+                                                  ("bdpm", {"light_paths": 200}), ("qmcppm", {}), ("vavcm", {"threads": 3})])
+def test_the_bits_of_the_program(tmp_path, integrator, settings):
     file, out = tmp_path / "scene.xml", tmp_path / "out.exr"
     file.write_text(TEXT)
-    subprocess.run([PROGRAM, "render", file, "--spp", "4", "-o", out, "--quiet"], check=True)
-    theirs, ours = caustica.Image.load(out), caustica.render(caustica.load_file(file), spp=4, threads=1)
-    assert len(theirs.channels) > 15 and set(theirs.channels) <= set(ours.channels)
+    options = [word for name, value in settings.items()
+               for word in ("--" + name.replace("_", "-"), ",".join(map(str, value)) if isinstance(value, tuple) else str(value))]
+    subprocess.run([PROGRAM, "render", file, "-i", integrator, "--spp", "4", *options, "-o", out, "--quiet"], check=True)
+    theirs = caustica.Image.load(out)
+    ours = caustica.render(caustica.load_file(file), spp=4, integrator=integrator, **{"threads": 1, **settings})
+    assert len(theirs.channels) > 10 and set(theirs.channels) <= set(ours.channels)
     for name in theirs.channels:
         assert np.array_equal(theirs[name], ours[name], equal_nan=True), name
 

@@ -299,6 +299,15 @@ def test_rays():
         scene.intersect([0, 0, 0], [0, 0, 1])
 
 
+def test_names_of_what_was_met():
+    placed = {f"at{x}": {"type": "instance", "shapegroup": {"type": "ref", "id": "balls"}, "to_world": T().translate([x, 0, 0])}
+              for x in (2, -2)}
+    scene = caustica.load_dict(description(balls={"type": "shapegroup", "ball": {"type": "sphere", "id": "inner"}}, **placed))
+    hits = scene.intersect([[-2, 0, -5], [2, 0, -5], [0, 9, 0], [99, 9, 0]], [[0, 0, 1], [0, 0, 1], [0, -1, 0], [0, -1, 0]])
+    assert [scene.shape_id(hit["shape"]) for hit in hits] == ["inner", "inner", "floor", None]
+    assert [scene.instance_id(hit["instance"]) for hit in hits] == ["at-2", "at2", None, None]
+
+
 def test_many_rays():
     """More than are traced without asking for Ctrl-C."""
     scene = caustica.load_dict(description(ball={"type": "sphere", "center": [0, 0, 5]}))

@@ -505,7 +505,7 @@ static void import_instance(ca_importer *importer, ca_xml_node *node)
 {
     ca_props props;
     ca_props_begin(&props, importer, node);
-    ca_instance_desc instance = {.where = node->where};
+    ca_instance_desc instance = {.id = keep_id(importer, node), .where = node->where};
     instance.to_world = ca_props_transform(&props, "to_world");
     ca_xml_node *cursor = NULL;
     ca_xml_node *group = ca_props_next_object(&props, "shape", true, &cursor);

@@ -76,6 +76,7 @@ typedef struct ca_instance_desc {
     uint32_t group;
     ca_matrix to_world;
     ca_location where;
+    const char *id; /* NULL where it has none */
 } ca_instance_desc;
 
 /* As ca_light, but shapes and images by index. */
