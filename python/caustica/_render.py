@@ -19,7 +19,7 @@ class Settings:
     spp: int = 0
     seconds: float = 0.0
     noise: float = 0.0
-    integrator: str | None = None
+    integrator: str | dict | Object | None = None
     sampler: str | None = None
     seed: int | None = None
     size: tuple[int, int] | None = None

@@ -233,6 +233,7 @@ def test_views_share_the_scene(scene):
     view = scene.with_sensor(elsewhere)
     assert np.array_equal(pixels(view), pixels(caustica.load_dict(whole)))
     assert np.array_equal(pixels(scene, sensor=elsewhere), pixels(view))
+    assert np.array_equal(pixels(scene, sensor=caustica.load_dict(elsewhere)), pixels(view))
     assert not np.array_equal(pixels(scene), pixels(view))
     with pytest.raises(caustica.SceneError, match="sensor.fov"):
         scene.with_sensor({"type": "perspective", "fov": "wide"})
