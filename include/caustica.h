@@ -579,15 +579,16 @@ typedef struct ca_image_difference {
 CA_API ca_status ca_image_compare(const ca_image_layers *image, const ca_image_layers *reference,
                                   ca_image_difference *difference, ca_error *error);
 /* Within a region, x0, y0, x1, y1, half open, in pixels of the pictures (NULL: all of them; CA_ERROR_ARGUMENT: it is
- * empty or reaches outside), until *stop is set as in ca_render_settings (NULL: never): CA_ERROR_INTERRUPTED within a
- * quarter of a second, whatever the size. */
+ * empty or reaches outside), until *stop is set as in ca_render_settings (NULL: never): CA_ERROR_INTERRUPTED
+ * soon after. */
 CA_API ca_status ca_image_compare_within(const ca_image_layers *image, const ca_image_layers *reference,
                                          const uint32_t *region, const int *stop, ca_image_difference *difference,
                                          ca_error *error);
 
 /* .exr (all channels), .png (sRGB, times 2^exposure), .pfm; complete or not at all. */
 CA_API ca_status ca_image_save(const ca_image_layers *image, const char *path, float exposure, ca_error *error);
-/* The same two calls until *stop is set: CA_ERROR_INTERRUPTED, and there is no image or the file is as before. */
+/* ca_image_load and ca_image_save until *stop is set: CA_ERROR_INTERRUPTED soon after, and there is no image, or the
+ * file is as before. */
 CA_API ca_status ca_image_load_until(const char *path, const int *stop, ca_image_layers **image, ca_error *error);
 CA_API ca_status ca_image_save_until(const ca_image_layers *image, const char *path, float exposure, const int *stop,
                                      ca_error *error);

@@ -111,7 +111,6 @@ static void exr_round_trip(void **unused)
     }
 }
 
-/* As a texture: each channel in its place, whatever the mixture of types and whichever other channels there are. */
 /* Some of so few numbers take as many bytes when they are compressed: the chunk is as long as one that is not. */
 static void exr_of_few_pixels(void **unused)
 {
@@ -136,6 +135,7 @@ static void exr_of_few_pixels(void **unused)
             }
 }
 
+/* As a texture: each channel in its place, whatever the mixture of types and whichever other channels there are. */
 static void exr_as_image(void **unused)
 {
     (void)unused;

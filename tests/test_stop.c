@@ -1,5 +1,5 @@
-/* Renders that are stopped at any moment: the image is that of whole passes, to the bit, whatever the method; and
- * they end soon. */
+/* Work that is stopped at any moment ends soon. Renders: the image is that of whole passes, to the bit, whatever the
+ * method. Pictures that are compared, loaded and saved, and scenes that are loaded: nothing half done is left. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/clock.h"
 #include "base/loading.h"

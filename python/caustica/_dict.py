@@ -9,11 +9,13 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from caustica._errors import SceneError
-from caustica._image import Bitmap, Image, linear
+from caustica._image import Bitmap, Image, pixels_of
 from caustica._transform import ScalarTransform4f
 
-#: Plugins that are a colour.
-SPECTRA = ("rgb", "spectrum", "d65", "uniform", "regular", "irregular", "blackbody", "rawconstant", "srgb")
+#: Colours that are plugins.
+_COLOR_PLUGINS = ("d65", "uniform", "regular", "irregular", "blackbody", "rawconstant", "srgb")
+#: All types of a colour.
+SPECTRA = ("rgb", "spectrum", *_COLOR_PLUGINS)
 
 #: Which element a plugin is written as.
 TAGS = {
@@ -37,7 +39,7 @@ TAGS = {
              "ward", "principledthin", "coating", "roughcoating"],
     "emitter": ["area", "directionalarea", "point", "spot", "directional", "constant", "envmap", "projector"],
     "texture": ["bitmap", "checkerboard", "scale", "mix", "power", "clamp", "facing", "mapped", "mesh_attribute", "vertexcolors",
-                *SPECTRA[2:]],
+                *_COLOR_PLUGINS],
 }
 _TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}
 
@@ -173,10 +175,10 @@ class Document:
         return self._open(f"</{tag}>", path)
 
     def _add_bitmap(self, value, path):
-        array = np.ascontiguousarray(linear(value))
-        array = array[:, :, None] if array.ndim == 2 else array
-        if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
-            self._fail(path, f"pixels have the shape (height, width), or 1 to 4 channels behind it, not {array.shape}")
+        try:
+            array = np.ascontiguousarray(pixels_of(value))
+        except ValueError as error:
+            self._fail(path, str(error))
         self._open(f'<string name="data" value="{self._array(self.bitmaps, array)}"/>', path)
 
     def _add_color(self, kind, value, path):

@@ -20,6 +20,15 @@ def linear(values):
     return made
 
 
+def pixels_of(values):
+    """The same as (height, width, 1 to 4). ValueError: they are no picture."""
+    array = linear(values)
+    array = array[:, :, None] if array.ndim == 2 else array
+    if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
+        raise ValueError(f"pixels have the shape (height, width), or 1 to 4 channels behind it, not {array.shape}")
+    return array
+
+
 class _Pixels:
     """Lends a channel's memory to NumPy and keeps its picture alive."""
 
@@ -54,10 +63,7 @@ class Image:
     def from_array(array):
         """Of an array (height, width), or (height, width, 1 to 4): grey or R, G, B, and alpha as the channel "A". Values are
         linear; those of uint8 and uint16 are sRGB."""
-        array = linear(array)
-        array = array[:, :, None] if array.ndim == 2 else array
-        if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
-            raise ValueError(f"a picture has the shape (height, width), or 1 to 4 channels behind it, not {array.shape}")
+        array = pixels_of(array)
         error, image = new_error(), ffi.new("ca_image_layers **")
         check(lib.ca_image_make(array.shape[1], array.shape[0], image, error), error)
         made = Image(image[0])
@@ -161,7 +167,7 @@ class Bitmap:
     def __array__(self, dtype=None, copy=None):
         if copy is False and dtype not in (None, np.float32):
             raise ValueError(f"values are float32: an array of {np.dtype(dtype)} is a copy")
-        return np.array(self.array, dtype=dtype, copy=bool(copy)) if copy else self.array.astype(dtype or np.float32, copy=False)
+        return self.array.astype(dtype or np.float32, copy=bool(copy))
 
     def _repr_png_(self):
         return Image.from_array(self.array)._repr_png_()

@@ -240,11 +240,8 @@ def measure_noise(scene, iterations, settings=None, *, counts=(), progress=None,
         call = _Call(_settings(settings, changes), told)
         with interruptible() as call.struct.stop:
             call.struct.discard = call.struct.stop
-            if len(others):
-                status = lib.ca_noise_measure_for(scene._pointer, call.struct, iterations, others, len(others), noise, image,
-                                                  statistics, error)
-            else:
-                status = lib.ca_noise_measure(scene._pointer, call.struct, iterations, noise, image, statistics, error)
+            status = lib.ca_noise_measure_for(scene._pointer, call.struct, iterations, others, len(others), noise, image,
+                                              statistics, error)
     made = Noise(scene, call, noise[0], image[0], statistics) if noise[0] else None
     call.check(status, error)
     return made

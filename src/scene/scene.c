@@ -511,7 +511,8 @@ static ca_status compile_instances(ca_scene *scene, const uint32_t *group_first,
 {
     const uint32_t count = (uint32_t)scene->desc.instances.count;
     scene->instances = ca_alloc_zeroed(count, sizeof *scene->instances);
-    if (!scene->instances) return ca_fail_memory(error, "instances");
+    scene->instance_ids = ca_alloc_zeroed(count, sizeof *scene->instance_ids);
+    if (!scene->instances || !scene->instance_ids) return ca_fail_memory(error, "instances");
     for (uint32_t i = 0; i < count; i++) {
         const ca_instance_desc *desc = &scene->desc.instances.items[i];
         const uint32_t first = group_first[desc->group], end = group_first[desc->group + 1];
@@ -520,7 +521,7 @@ static ca_status compile_instances(ca_scene *scene, const uint32_t *group_first,
         *instance = (ca_accel_instance){.first_shape = first, .shape_count = end - first};
         if (!ca_affine_from_matrix(&desc->to_world, &instance->map))
             return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this instance's to_world is singular or not affine");
-        scene->instance_count++;
+        scene->instance_ids[scene->instance_count++] = desc->id;
     }
     return CA_OK;
 }
@@ -669,6 +670,7 @@ static void destroy_whole(ca_scene *scene)
     ca_free(scene->shapes);
     ca_free(scene->materials);
     ca_free(scene->instances);
+    ca_free(scene->instance_ids);
     ca_scene_desc_destroy(&scene->desc);
     ca_free(scene);
 }

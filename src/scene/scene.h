@@ -25,6 +25,7 @@ struct ca_scene {
     ca_shape *shapes;
     uint32_t shape_count;
     ca_accel_instance *instances;
+    const char **instance_ids; /* [instance_count]; NULL: it has none */
     uint32_t instance_count;
     ca_light *lights;
     uint32_t light_count;

@@ -57,20 +57,7 @@ const char *ca_scene_shape_id(const ca_scene *scene, uint32_t shape)
     return NULL;
 }
 
-static bool has_shapes(const ca_scene_desc *desc, uint32_t group)
-{
-    for (size_t i = 0; i < desc->shapes.count; i++)
-        if (desc->shapes.items[i].group == group) return true;
-    return false;
-}
-
-/* An instance of an empty group has no number. */
 const char *ca_scene_instance_id(const ca_scene *scene, uint32_t instance)
 {
-    const ca_scene_desc *desc = &scene->desc;
-    uint32_t next = 0;
-    for (size_t i = 0; i < desc->instances.count; i++)
-        if (has_shapes(desc, desc->instances.items[i].group) && next++ == instance)
-            return desc->instances.items[i].id;
-    return NULL;
+    return instance < scene->instance_count ? scene->instance_ids[instance] : NULL;
 }
