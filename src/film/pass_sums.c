@@ -66,9 +66,21 @@ static inline void add_features(ca_pass_sums *sums, const ca_pass_addend *addend
     }
 }
 
+/* Begins to bring the sums of a pixel into the cache: most of them have left it when a pass comes back. */
+static inline void fetch(const ca_pass_sums *sums)
+{
+    enum { LINE = 64 };
+    for (size_t at = 0; at < sizeof *sums; at += LINE) __builtin_prefetch((const char *)sums + at, 1);
+}
+
 void ca_pass_sums_add_row(ca_pass_sums *sums, const ca_pass_addend *addends, size_t count, bool cubes)
 {
+    enum { AHEAD = 4 };
     for (size_t i = 0; i < count; i++) {
+        if (i + AHEAD < count) {
+            fetch(&sums[i + AHEAD]);
+            __builtin_prefetch(&addends[i + AHEAD]);
+        }
         const double r = (double)addends[i].value[0], g = (double)addends[i].value[1],
                      b = (double)addends[i].value[2];
         const ca_binned_d4 value = {r, g, b, ca_pass_luminance(r, g, b)};
