@@ -28,7 +28,7 @@ static inline bool asks_embree(const ca_accel *accel) { return accel->world_scen
 
 /* For the world and for the instances. */
 typedef struct ray_keys {
-    _Alignas(32) uint32_t world[CA_RAY_BATCH], top[CA_RAY_BATCH];
+    _Alignas(32) uint32_t world[CA_COLUMN], top[CA_COLUMN];
 } ray_keys;
 
 static uint32_t rays_asked(const uint32_t *keys, uint32_t count, uint16_t *order)

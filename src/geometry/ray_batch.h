@@ -14,25 +14,27 @@
 #include "geometry/accel.h"
 #include "math/lanes.h"
 
-enum { CA_RAY_BATCH = 512 };
+/* Rays of a batch, and how many numbers a column has room for: a line of cache more than the rays. Columns of 512
+ * would lie 2048 bytes apart, and the numbers of one path would all fall into two sets of the first cache. */
+enum { CA_RAY_BATCH = 512, CA_COLUMN = CA_RAY_BATCH + 16 };
 
 /* Vectors of three by components. */
 typedef struct ca_column3 {
-    _Alignas(32) float x[CA_RAY_BATCH];
-    float y[CA_RAY_BATCH], z[CA_RAY_BATCH];
+    _Alignas(32) float x[CA_COLUMN];
+    float y[CA_COLUMN], z[CA_COLUMN];
 } ca_column3;
 
 typedef struct ca_ray_batch {
     ca_column3 origin, direction;
-    float t_min[CA_RAY_BATCH], t_max[CA_RAY_BATCH];
+    float t_min[CA_COLUMN], t_max[CA_COLUMN];
 } ca_ray_batch;
 
 /* What each ray met; as ca_hit. */
 typedef struct ca_hit_batch {
-    _Alignas(32) float t[CA_RAY_BATCH];
-    float u[CA_RAY_BATCH], v[CA_RAY_BATCH];
+    _Alignas(32) float t[CA_COLUMN];
+    float u[CA_COLUMN], v[CA_COLUMN];
     ca_column3 ng;
-    uint32_t shape[CA_RAY_BATCH], primitive[CA_RAY_BATCH], instance[CA_RAY_BATCH]; /* shape CA_NONE: nothing */
+    uint32_t shape[CA_COLUMN], primitive[CA_COLUMN], instance[CA_COLUMN]; /* shape CA_NONE: nothing */
 } ca_hit_batch;
 
 static inline ca_vec3 ca_column3_at(const ca_column3 *column, uint32_t i)

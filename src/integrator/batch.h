@@ -20,11 +20,11 @@ enum { CA_BATCH = CA_RAY_BATCH };
 /* The vertices where the paths have arrived, by place. */
 typedef struct ca_vertex_batch {
     ca_column3 position, ng, ns, wi; /* wi: unit, to the previous vertex */
-    float error[CA_BATCH];           /* bound on the rounding of each coordinate of the position; matte only */
-    uint32_t matte[CA_BATCH];        /* all bits: a diffuse point (scene/matte.h); 0: `surfaces` and `bsdfs` tell */
-    uint32_t light[CA_BATCH];        /* of the shape, or CA_NONE */
+    float error[CA_COLUMN];          /* bound on the rounding of each coordinate of the position; matte only */
+    uint32_t matte[CA_COLUMN];       /* all bits: a diffuse point (scene/matte.h); 0: `surfaces` and `bsdfs` tell */
+    uint32_t light[CA_COLUMN];       /* of the shape, or CA_NONE */
     ca_column3 reflectance;          /* matte only; likewise: */
-    float side[CA_BATCH];            /* -1 where the frame is mirrored, else 1 */
+    float side[CA_COLUMN];           /* -1 where the frame is mirrored, else 1 */
     ca_surface surfaces[CA_BATCH];   /* not matte only; likewise: */
     ca_bsdf bsdfs[CA_BATCH];
 } ca_vertex_batch;
@@ -34,16 +34,16 @@ typedef struct ca_visibility_batch {
     uint32_t count;
     ca_ray_batch rays;
     ca_column3 contribution;
-    float weight[CA_BATCH]; /* that is in the contribution */
-    uint32_t slot[CA_BATCH];
+    float weight[CA_COLUMN]; /* that is in the contribution */
+    uint32_t slot[CA_COLUMN];
     uint8_t occluded[CA_BATCH];
     ca_light_vertex lights[CA_BATCH]; /* the point asked for; only where the paths are observed */
 } ca_visibility_batch;
 
 /* The numbers of a decision, for each place. */
 typedef struct ca_number_batch {
-    _Alignas(32) float x[CA_BATCH];
-    float y[CA_BATCH];
+    _Alignas(32) float x[CA_COLUMN];
+    float y[CA_COLUMN];
 } ca_number_batch;
 
 typedef struct ca_batch {
@@ -52,13 +52,13 @@ typedef struct ca_batch {
     /* The next segment, by place, and what the path carries. */
     ca_ray_batch rays;
     ca_column3 throughput;  /* f |cos| / pdf of all vertices so far */
-    float eta2[CA_BATCH];   /* square of the product of relative indices: what refraction took from the throughput */
+    float eta2[CA_COLUMN];  /* square of the product of relative indices: what refraction took from the throughput */
     ca_column3 previous, previous_normal; /* the vertex that the segment leaves, as it asked for light; and how the
                                              direction was sampled: */
-    float pdf[CA_BATCH];    /* per solid angle; a Dirac event's probability */
-    uint32_t dirac[CA_BATCH];
-    uint32_t key_low[CA_BATCH], key_high[CA_BATCH]; /* of the independent sampler's stream */
-    uint32_t slot[CA_BATCH];
+    float pdf[CA_COLUMN];   /* per solid angle; a Dirac event's probability */
+    uint32_t dirac[CA_COLUMN];
+    uint32_t key_low[CA_COLUMN], key_high[CA_COLUMN]; /* of the independent sampler's stream */
+    uint32_t slot[CA_COLUMN];
 
     ca_hit_batch hits;
     ca_vertex_batch vertices;
@@ -68,7 +68,7 @@ typedef struct ca_batch {
     /* By slot. */
     ca_stream streams[CA_BATCH];
     ca_rgb radiance[CA_BATCH];
-    uint32_t work[CA_BATCH]; /* segments traced, those that asked for visibility too */
+    uint32_t work[CA_COLUMN]; /* segments traced, those that asked for visibility too */
     ca_camera_path *paths; /* borrowed: as handed in */
     ca_surface_point (*points)[3]; /* borrowed: each path's last vertices, where they are observed; else NULL */
 } ca_batch;

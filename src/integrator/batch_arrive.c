@@ -4,8 +4,8 @@
 
 /* Per place: what the shapes say. */
 typedef struct shape_columns {
-    _Alignas(32) float extent[CA_BATCH];
-    uint32_t back_is_front[CA_BATCH];
+    _Alignas(32) float extent[CA_COLUMN];
+    uint32_t back_is_front[CA_COLUMN];
 } shape_columns;
 
 static void look_up_shapes(ca_batch *batch, const ca_scene *scene, shape_columns *shapes)

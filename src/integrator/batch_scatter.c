@@ -6,9 +6,9 @@
 /* What sampling gives each place; go_on: all bits, or 0 where the path ends. */
 typedef struct event_batch {
     ca_column3 direction, origin, throughput, receiver_normal;
-    _Alignas(32) float pdf[CA_BATCH];
-    float eta2[CA_BATCH];
-    uint32_t dirac[CA_BATCH], go_on[CA_BATCH];
+    _Alignas(32) float pdf[CA_COLUMN];
+    float eta2[CA_COLUMN];
+    uint32_t dirac[CA_COLUMN], go_on[CA_COLUMN];
 } event_batch;
 
 /* sample_diffuse of material/bsdf.c. */

@@ -8,16 +8,16 @@
 
 /* Per place: the chosen light; for even lights at matte points the corners of what is sampled, too. */
 typedef struct choice_batch {
-    _Alignas(32) float probability[CA_BATCH];
-    uint32_t light[CA_BATCH];  /* CA_NONE: none to ask */
-    uint32_t even[CA_BATCH];   /* all bits: even light and matte point; likewise: */
-    uint32_t sky[CA_BATCH];    /* the environment */
-    uint32_t rectangle[CA_BATCH]; /* all bits: the corners span a rectangle; 0: a triangle */
+    _Alignas(32) float probability[CA_COLUMN];
+    uint32_t light[CA_COLUMN];     /* CA_NONE: none to ask */
+    uint32_t even[CA_COLUMN];      /* all bits: even light and matte point; likewise: */
+    uint32_t sky[CA_COLUMN];       /* the environment */
+    uint32_t rectangle[CA_COLUMN]; /* all bits: the corners span a rectangle; 0: a triangle */
     ca_column3 corner[3], radiance;
-    float pdf_area[CA_BATCH];
-    float pdf_seen[CA_BATCH];  /* > 0: chosen by solid angle, with this density, for the light looks large */
+    float pdf_area[CA_COLUMN];
+    float pdf_seen[CA_COLUMN];    /* > 0: chosen by solid angle, with this density, for the light looks large */
     ca_column3 to_sky, far; /* sky only: the direction, and where paths are observed a point of it; likewise: */
-    float pdf_sky[CA_BATCH];
+    float pdf_sky[CA_COLUMN];
 } choice_batch;
 
 static bool scatters_smoothly(const ca_vertex_batch *v, uint32_t i)
@@ -46,7 +46,7 @@ static void choose_lights(const path_state *state, const ca_batch *batch, const 
 {
     const ca_vertex_batch *v = &batch->vertices;
     ca_light_query queries[CA_BATCH];
-    uint32_t place[CA_BATCH], count = 0;
+    uint32_t place[CA_COLUMN], count = 0;
     memset(choices->light, 0xff, sizeof choices->light); /* CA_NONE */
     memset(choices->even, 0, sizeof choices->even);
     memset(choices->sky, 0, sizeof choices->sky);
