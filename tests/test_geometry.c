@@ -379,6 +379,40 @@ static void test_eight_rays_meet_a_quadric_as_one_does(void **state)
     assert_in_range(met, 20000 * CA_LANES / 4, 20000 * CA_LANES * 9 / 10);
 }
 
+/* Eight rays that all pass the sphere are told so early, by single precision: none may be that just meets it. Seven
+ * pass far away or lead away from it; the eighth grazes it, or begins at it and leads out, by 1e-7 to 1e-3 of the
+ * radius inside or outside. */
+static void test_of_eight_rays_one_may_graze_a_sphere(void **state)
+{
+    (void)state;
+    uint32_t met = 0;
+    for (int trial = 0; trial < 40000; trial++) {
+        const float radius = powf(10.0f, between(-3.0f, 3.0f));
+        const ca_vec3 center = random_point(10.0f * radius);
+        const ca_shape shape = sphere_shape(center, radius);
+        const ca_vec3 axis = random_direction();
+        const ca_vec3 side = ca_normalize(ca_cross(axis, random_direction()));
+        const float doubt = powf(10.0f, between(-7.0f, -3.0f)) * (uniform() < 0.5f ? -1.0f : 1.0f);
+        const int grazing = trial % CA_LANES;
+        ca_v8 o8, d8;
+        float expected[CA_LANES];
+        for (int i = 0; i < CA_LANES; i++) {
+            const float passes = i != grazing ? between(1.1f, 30.0f) : 1.0f + doubt;
+            const float away = i != grazing || trial % 3 ? between(1.1f, 300.0f) : 0.0f;
+            ca_vec3 o = ca_madd(ca_madd(center, -away * radius, axis), passes * radius, side);
+            ca_vec3 d = ca_mul(axis, powf(10.0f, between(-3.5f, 3.5f)));
+            if (away == 0.0f) d = ca_madd(ca_mul(side, between(0.0f, 1.0f)), 1.0f, axis);
+            if (i != grazing && trial % 2) d = ca_neg(d);
+            if (!ca_quadric_intersect(&shape, o, d, 0.0f, INFINITY, &expected[i])) expected[i] = INFINITY;
+            met += expected[i] < INFINITY;
+            o8.x[i] = o.x, o8.y[i] = o.y, o8.z[i] = o.z, d8.x[i] = d.x, d8.y[i] = d.y, d8.z[i] = d.z;
+        }
+        const ca_f8 t = ca_quadric_intersect8(&shape, o8, d8, ca_f8_all(0.0f), ca_f8_all(INFINITY));
+        assert_memory_equal(&t, expected, sizeof t);
+    }
+    assert_in_range(met, 40000 / 4, 40000 * 3 / 4);
+}
+
 /* The first of the two places where a ray in the cylinder's own space meets it, INFINITY if there is none. `doubt`: a
  * place is too near the end to tell. */
 static float cylinder_oracle(ca_vec3 o, ca_vec3 d, bool *doubt)
@@ -577,6 +611,7 @@ int main(void)
         cmocka_unit_test(test_an_instance_equals_a_transformed_copy),
         cmocka_unit_test(test_instances_share_memory),
         cmocka_unit_test(test_eight_rays_meet_a_quadric_as_one_does),
+        cmocka_unit_test(test_of_eight_rays_one_may_graze_a_sphere),
 #ifdef NDEBUG
         cmocka_unit_test(test_rays_that_are_not_finite_meet_nothing),
 #endif

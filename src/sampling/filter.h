@@ -18,7 +18,7 @@ typedef enum ca_filter_kind {
     CA_RFILTER_LANCZOS,
 } ca_filter_kind;
 
-enum { CA_FILTER_TABLE = 64 };
+enum { CA_FILTER_TABLE = 64, CA_FILTER_GUIDE = 1024 };
 
 typedef struct ca_filter {
     ca_filter_kind kind;
@@ -35,7 +35,7 @@ typedef struct ca_filter {
     float integral;                        /* of f over one axis: the normalisation */
     float nodes[CA_FILTER_TABLE + 1];      /* sampling density of an offset, in 1/pixel, linear in between: |f| */
     float cumulative[CA_FILTER_TABLE + 1]; /* its integral from -radius */
-    unsigned char guide[CA_FILTER_TABLE];  /* an interval at or before the one that holds i / CA_FILTER_TABLE */
+    unsigned char guide[CA_FILTER_GUIDE];  /* an interval at or before the one that holds i / CA_FILTER_GUIDE */
 } ca_filter;
 
 /* Mitsuba's defaults for each kind. */
