@@ -46,7 +46,7 @@ static void choose_lights(const path_state *state, const ca_batch *batch, const 
 {
     const ca_vertex_batch *v = &batch->vertices;
     ca_light_query queries[CA_BATCH];
-    uint32_t place[CA_COLUMN], count = 0;
+    uint32_t place[CA_BATCH], count = 0;
     memset(choices->light, 0xff, sizeof choices->light); /* CA_NONE */
     memset(choices->even, 0, sizeof choices->even);
     memset(choices->sky, 0, sizeof choices->sky);

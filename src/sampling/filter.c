@@ -125,8 +125,8 @@ void ca_filter_eval_run(const ca_filter *filter, float x, uint32_t count, float 
         for (uint32_t i = 0; i < count; i++) values[i] = ca_filter_eval(filter, x - (float)i);
 }
 
-/* Interval of the table that holds u, from the one where u's cell of the guide begins: that one, but for one
- * cell in sixteen, so that the processor foresees it. */
+/* Interval of the table that holds u, from the one where u's cell of the guide begins. Few cells hold an
+ * end of an interval, so the loop seldom takes a step, and the branch is predicted. */
 static uint32_t find_interval(const ca_filter *filter, float u)
 {
     uint32_t i = filter->guide[(uint32_t)(u * CA_FILTER_GUIDE)];
