@@ -10,7 +10,8 @@
 # the plan promised and that has no result (crash, time limit) has failed; so has a program that has no plan or that
 # ends with an error after all of its tests passed (a leak found at exit).
 #
-# CA_TEST_JOBS: programs at a time (default: the number of processors). CA_TEST_TIMEOUT: seconds for each (300).
+# CA_TEST_JOBS: programs at a time (default: one more than processors, for some mostly wait: those with a browser).
+# CA_TEST_TIMEOUT: seconds for each (300).
 # CA_TEST_VERBOSE=1 shows all output. CA_TEST_ONLY: a pattern for the names of the programs to run. CA_TEST_STOP=1: a
 # program is stopped when its first test has failed. CA_TEST_CASE: the one test to run of each program (cmocka's).
 # Logs stay in BUILD_FOLDER/tests/NAME.log.
@@ -84,7 +85,7 @@ export UBSAN_OPTIONS="print_stacktrace=1 ${UBSAN_OPTIONS:-}"
 
 rm -f "$CA_BUILD_DIR"/tests/*.log "$CA_BUILD_DIR"/tests/*.result
 grep -E "/[^/]*${CA_TEST_ONLY:-}[^/]*\$" "$list" |
-    xargs -d '\n' -r -n 1 -P "${CA_TEST_JOBS:-$(nproc)}" "$PWD/scripts/run-tests.sh" --one
+    xargs -d '\n' -r -n 1 -P "${CA_TEST_JOBS:-$(($(nproc) + 1))}" "$PWD/scripts/run-tests.sh" --one
 
 total=$(cat "$CA_BUILD_DIR"/tests/*.result 2>/dev/null | awk '
     { passed += $1; failed += $2; skipped += $3 }

@@ -533,7 +533,7 @@ static void test_memory_failures(void **state)
         ca_image_layers *image = NULL;
         ca_error error = {""};
         ca_render_settings_init(&settings);
-        settings.integrator = "qmcppm:radius_photons=4,kernel=sph,gradients=true,light_paths=500";
+        settings.integrator = "qmcppm:radius=0.2,radius_photons=4,kernel=sph,gradients=true,light_paths=500";
         settings.samples_per_pixel = 2;
         settings.threads = 1;
         ca_memory_fail_after(n);

@@ -186,7 +186,7 @@ static void test_memory_by_default(void **state)
 static void test_out_of_memory(void **state)
 {
     (void)state;
-    static const char *const some[] = {"bdpt", "vcm-star", "vavcm"};
+    static const char *const some[] = {"bdpt", "vcm-star:radius=0.1", "vavcm"}; /* the last one seeks its radius */
     ca_scene *scene = scene_from_text(scene_text);
     for (int i = 0; i < 3; i++) {
         ca_render_settings settings = settings_of(some[i]);

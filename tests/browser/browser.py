@@ -1,6 +1,7 @@
 """Headless Chromium driven through chromedriver (WebDriver: HTTP and JSON), with Python's standard library alone."""
 
 import base64
+import http.client
 import json
 import os
 import re
@@ -8,8 +9,6 @@ import signal
 import subprocess
 import tempfile
 import time
-import urllib.error
-import urllib.request
 
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 KEYS = {"Space": " ", "Escape": "\ue00c", "ArrowLeft": "\ue012", "ArrowUp": "\ue013", "ArrowRight": "\ue014",
@@ -24,7 +23,7 @@ class Browser:
         # In a session of its own: whatever becomes of the driver, its browser ends with us.
         self.driver = subprocess.Popen(["chromedriver", "--port=0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
                                        start_new_session=True)
-        self.base = None
+        self.connection = self.base = None
         try:
             self._start(width, height)
         except BaseException:
@@ -39,34 +38,34 @@ class Browser:
                 break
         if not port:
             raise RuntimeError("chromedriver did not start")
-        sessions = f"http://127.0.0.1:{port}/session"
+        self.connection = http.client.HTTPConnection("127.0.0.1", int(port), timeout=120)
         arguments = ["--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars", "--disable-gpu",
                      "--force-device-scale-factor=1", "--force-color-profile=srgb", f"--window-size={width},{height}",
                      f"--user-data-dir={self.folder.name}"]
         capabilities = {"browserName": "chrome", "goog:chromeOptions": {"args": arguments},
                         "goog:loggingPrefs": {"browser": "ALL"}, "pageLoadStrategy": "none"}
-        answer = self._call("POST", sessions, {"capabilities": {"alwaysMatch": capabilities}})
-        self.base = sessions + "/" + answer["sessionId"]
+        answer = self._call("POST", "/session", {"capabilities": {"alwaysMatch": capabilities}})
+        self.base = "/session/" + answer["sessionId"]
         # The size of what the page sees, whatever the window's borders.
         self.command("Emulation.setDeviceMetricsOverride",
                      {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False})
 
-    def _call(self, method, url, body=None, timeout=120):
+    def _call(self, method, path, body=None):
         data = None if body is None else json.dumps(body).encode()
-        request = urllib.request.Request(url, data, {"Content-Type": "application/json"}, method=method)
-        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
-        try:
-            with opener.open(request, timeout=timeout) as response:
-                return json.load(response)["value"]
-        except urllib.error.HTTPError as problem:
-            value = json.load(problem)["value"]
-            raise RuntimeError(f"{value['error']}: {value['message'].splitlines()[0]}") from None
+        self.connection.request(method, path, data, {"Content-Type": "application/json"})
+        response = self.connection.getresponse()
+        value = json.load(response)["value"]
+        if response.status != 200:
+            raise RuntimeError(f"{value['error']}: {value['message'].splitlines()[0]}")
+        return value
 
     def close(self):
         try:
             if self.base:
                 self._call("DELETE", self.base)
         finally:
+            if self.connection:
+                self.connection.close()
             try:
                 os.killpg(self.driver.pid, signal.SIGKILL)
             except ProcessLookupError:

@@ -43,8 +43,8 @@ class Page:
         self.settle()
 
     def settle(self):
-        """Until the page has nothing more to paint."""
-        self.browser.run("return new Promise((done) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(done)), 60))")
+        """Until the page has painted what it was told: it paints in the next frame, and is asked in the one after that."""
+        self.browser.run("return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def press(self, *keys, holding=()):
         self.browser.keys(*keys, holding=holding)

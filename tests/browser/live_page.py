@@ -170,7 +170,7 @@ def test_blocks(browser):
 
 def test_numbers_of_rays(browser):
     """Of --rays auto there is no picture before the pilot has ended; then it is that of the file."""
-    render = Render("-i", "bdpm", "--rays", "auto", "--time", "20", "-o", "c.exr")
+    render = Render("-i", "bdpm", "--rays", "auto", "--time", "8", "-o", "c.exr")
     try:
         browser.open(render.url)
         wait(browser, "return /pass/.test((document.querySelector('.caption .right') || {}).textContent || '')")

@@ -279,7 +279,7 @@ static const integrator_variant variants[] = {
     {"qmcppm:" ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1, true},
     {"qmcppm:camera_diffuse_depth=2,kernel=sph," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW, 1, true},
     {"qmcppm:direct=next-event," ALL_PAIRS RADIUS, NEEDS_NARROW_VIEW | NEEDS_LIGHT_PATHS, 1, true},
-    {"qmcppm:join=connect,camera_paths=8,light_paths=8", NEEDS_CAUSTICS | NEEDS_SDS, 8, true},
+    {"qmcppm:join=connect,camera_paths=4,light_paths=4", NEEDS_CAUSTICS | NEEDS_SDS, 4, true},
 };
 
 size_t integrator_variant_count(void) { return sizeof variants / sizeof variants[0]; }
