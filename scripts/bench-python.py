@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """What a mesh of a million triangles from NumPy costs beside the building of its tree, and what Python adds to a render.
 
-  CAUSTICA=build/python/modules scripts/bench-python.py [RUNS]
+  CAUSTICA=FOLDER python3 scripts/bench-python.py [RUNS]
+
+FOLDER holds the package where it is not installed: `pip install --no-deps --target FOLDER build/python/*.whl`.
 
 The mesh lies in a shapegroup without instances: all that a scene does with a mesh is done, but no tree is built for it.
 Prints a line for each kind of arrays: the least and the median milliseconds of RUNS, and the least of making the Mesh

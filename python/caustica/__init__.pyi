@@ -2,6 +2,7 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, Protocol, overload
 
 import numpy as np
@@ -72,8 +73,9 @@ class Mesh:
                  uvs: npt.ArrayLike | None = ..., copy: bool = ..., **parameters: Any) -> None: ...
 
 class Image:
-    statistics: dict[str, Any] | None
-    def __init__(self, pointer: Any, statistics: dict[str, Any] | None = ...) -> None: ...
+    def __init__(self, pointer: Any, tell_statistics: Callable[[], dict[str, Any]] | None = ...) -> None: ...
+    @cached_property
+    def statistics(self) -> dict[str, Any] | None: ...
     @staticmethod
     def load(path: _Path) -> Image: ...
     @staticmethod

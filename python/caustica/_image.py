@@ -1,4 +1,5 @@
 """Pictures: named channels as NumPy arrays."""
+import functools
 import os
 import tempfile
 
@@ -45,10 +46,14 @@ class Image:
     image["G"] is a float32 array (height, width), row 0 on top: a view of the picture's own memory, read-only, which keeps
     the picture alive. np.asarray(image) and image.rgb are copies (height, width, 3)."""
 
-    def __init__(self, pointer, statistics=None):
+    def __init__(self, pointer, tell_statistics=None):
         self._pointer = ffi.gc(pointer, lib.ca_image_release)
-        #: What the render that made it tells: a dict, or None.
-        self.statistics = statistics
+        self._tell_statistics = tell_statistics
+
+    @functools.cached_property
+    def statistics(self):
+        """What the render that made it tells: a dict, or None."""
+        return self._tell_statistics and self._tell_statistics()
 
     @staticmethod
     def load(path):

@@ -155,11 +155,18 @@ def _settings(settings, changes):
 
 
 def _statistics(struct):
-    told = as_record(struct)
-    told["notes"] = [ffi.string(struct.notes[i]).decode() for i in range(told.pop("note_count"))]
-    method = told["method"]
-    method["trials"] = method["trials"][:method.pop("trial_count")]
-    return told
+    """A function that makes a dict of ca_render_statistics: longer work than a small render, and few ask. Notes live as long
+    as the scene, so that they are copied here."""
+    notes = [ffi.string(struct.notes[i]).decode() for i in range(struct.note_count)]
+
+    def tell():
+        told = as_record(struct)
+        del told["note_count"]
+        told["notes"] = notes
+        method = told["method"]
+        method["trials"] = method["trials"][:method.pop("trial_count")]
+        return told
+    return tell
 
 
 def render(scene, settings=None, *, sensor=None, progress=None, **changes):
