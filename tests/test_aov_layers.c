@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -141,6 +142,68 @@ static void coordinates_of_quadrics_are_there(void **state)
     ca_image_release(image);
 }
 
+/* A square that fills the picture, with its normal along z, under an angle whose cosine is 0.8, from one side. */
+static void assert_albedo(const char *bsdf, const char *eye, const double expected[3])
+{
+    char text[1024];
+    const int length = snprintf(
+        text, sizeof text,
+        "<scene version=\"3.0.0\"><integrator type=\"aov\"><string name=\"aovs\" value=\"a:albedo\"/></integrator>"
+        "<sensor type=\"orthographic\"><transform name=\"to_world\"><scale x=\"0.2\" y=\"0.2\"/>"
+        "<lookat origin=\"%s\" target=\"0,0,0\" up=\"0,1,0\"/></transform><film type=\"hdrfilm\">"
+        "<integer name=\"width\" value=\"8\"/><integer name=\"height\" value=\"8\"/><rfilter type=\"box\"/></film>"
+        "</sensor><shape type=\"rectangle\">%s</shape></scene>",
+        eye, bsdf);
+    assert_in_range(length, 1, sizeof text - 1);
+    ca_image_layers *image = picture(text, 1, 1);
+    static const char *const names[] = {"a.R", "a.G", "a.B"};
+    for (int c = 0; c < 3; c++) {
+        const double got = at(image, names[c], 0);
+        if (!(fabs(got - expected[c]) < 1e-4))
+            fail_msg("%s of %s from %s: %.6g instead of %.6g", names[c], bsdf, eye, got, expected[c]);
+    }
+    ca_image_release(image);
+}
+
+#define BSDF(type, inside) "<bsdf type=\"" type "\">" inside "</bsdf>"
+#define FLOAT(name, value) "<float name=\"" name "\" value=\"" value "\"/>"
+#define COLOR(name, value) "<rgb name=\"" name "\" value=\"" value "\"/>"
+#define DIFFUSE BSDF("diffuse", COLOR("reflectance", "0.2, 0.4, 0.6"))
+
+/* The colours that Mitsuba 3.9.1 shows. */
+static void albedo_is_mitsuba_s(void **state)
+{
+    (void)state;
+    static const double base[3] = {0.2, 0.4, 0.6}, three_quarters[3] = {0.15, 0.3, 0.45}, black[3] = {0.0};
+    static const double metal[3] = {1.11173, 0.76439, 0.49939}, glass[3] = {0.0403, 0.0403, 0.0403};
+    const struct {
+        const char *bsdf;
+        const double *before, *behind;
+    } cases[] = {
+        {DIFFUSE, base, base},
+        {BSDF("plastic", COLOR("diffuse_reflectance", "0.2, 0.4, 0.6")), base, base},
+        {BSDF("roughplastic",
+              "<boolean name=\"nonlinear\" value=\"true\"/>" COLOR("diffuse_reflectance", "0.2, 0.4, 0.6")),
+         base, base},
+        {BSDF("principled", COLOR("base_color", "0.2, 0.4, 0.6") FLOAT("metallic", "0.3") FLOAT("spec_trans", "0.2")),
+         base, base},
+        {BSDF("principledthin", COLOR("base_color", "0.2, 0.4, 0.6") FLOAT("diff_trans", "0.5")), base, base},
+        {BSDF("conductor", ""), black, black},
+        {BSDF("dielectric", ""), black, black},
+        {BSDF("null", ""), black, black},
+        {BSDF("roughconductor", COLOR("eta", "0.2, 0.9, 1.5") COLOR("k", "3, 2.5, 2") FLOAT("alpha", "0.4")), metal,
+         black},
+        {BSDF("roughdielectric", FLOAT("alpha", "0.5")), glass, black},
+        {BSDF("mask", FLOAT("opacity", "0.4") DIFFUSE), base, base},
+        {BSDF("blendbsdf", FLOAT("weight", "0.25") DIFFUSE BSDF("conductor", "")), three_quarters, three_quarters},
+        {BSDF("twosided", DIFFUSE), base, base},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        assert_albedo(cases[i].bsdf, "0,3,4", cases[i].before);
+        assert_albedo(cases[i].bsdf, "0,3,-4", cases[i].behind);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -148,6 +211,7 @@ int main(void)
         cmocka_unit_test(they_are_the_picture_s_own),
         cmocka_unit_test(any_number_of_threads_makes_the_same),
         cmocka_unit_test(depth_is_a_layer),
+        cmocka_unit_test(albedo_is_mitsuba_s),
         cmocka_unit_test(coordinates_of_quadrics_are_there),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -288,14 +288,29 @@ bool ca_bsdf_sample_direction(const ca_bsdf *bsdf, ca_vec3 wi_world, float u_lob
     return true;
 }
 
+static ca_vec3 seen_from(const ca_bsdf_lobe *lobe, ca_vec3 wi_world)
+{
+    ca_frame made;
+    return lobe_to_local(lobe, frame_of(lobe, is_turned(lobe, wi_world), &made), wi_world);
+}
+
 ca_rgb ca_bsdf_albedo(const ca_bsdf *bsdf, ca_vec3 wi_world)
 {
     ca_rgb sum = ca_rgb_grey(bsdf->null_weight);
     for (uint32_t i = 0; i < bsdf->lobe_count; ++i) {
         const ca_bsdf_lobe *lobe = &bsdf->lobes[i];
-        ca_frame made;
-        const ca_frame *frame = frame_of(lobe, is_turned(lobe, wi_world), &made);
-        sum = ca_rgb_madd(sum, lobe->weight, lobe_albedo(lobe, lobe_to_local(lobe, frame, wi_world)));
+        sum = ca_rgb_madd(sum, lobe->weight, lobe_albedo(lobe, seen_from(lobe, wi_world)));
     }
     return sum;
+}
+
+ca_rgb ca_bsdf_diffuse_reflectance(const ca_bsdf *bsdf, ca_vec3 wi_world)
+{
+    ca_rgb sum = ca_rgb_grey(0.0f);
+    for (uint32_t i = 0; i < bsdf->lobe_count; ++i) {
+        const ca_bsdf_lobe *lobe = &bsdf->lobes[i];
+        const ca_rgb color = ca_bxdf_diffuse_reflectance(&lobe->bxdf, seen_from(lobe, wi_world));
+        sum = ca_rgb_madd(sum, lobe->weight, color);
+    }
+    return bsdf->lobe_count == 0 ? sum : ca_rgb_scale(sum, 1.0f / (1.0f - bsdf->null_weight));
 }

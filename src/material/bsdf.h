@@ -81,4 +81,7 @@ bool ca_bsdf_sample_direction(const ca_bsdf *bsdf, ca_vec3 wi_world, float u_lob
 
 ca_rgb ca_bsdf_albedo(const ca_bsdf *bsdf, ca_vec3 wi_world);
 
+/* The layer `albedo` of Mitsuba's aov: ca_bxdf_diffuse_reflectance of the opaque part, however small that is. */
+ca_rgb ca_bsdf_diffuse_reflectance(const ca_bsdf *bsdf, ca_vec3 wi_world);
+
 #endif

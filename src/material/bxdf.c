@@ -53,3 +53,18 @@ ca_rgb ca_bxdf_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local)
     assert(false && "unknown kind of BSDF");
     return ca_rgb_grey(0.0f);
 }
+
+ca_rgb ca_bxdf_diffuse_reflectance(const ca_bxdf *bxdf, ca_vec3 wi_local)
+{
+    switch (bxdf->kind) {
+    case CA_BXDF_DIFFUSE: return bxdf->as.diffuse.reflectance;
+    case CA_BXDF_ROUGH_DIFFUSE: return bxdf->as.rough_diffuse.reflectance;
+    case CA_BXDF_PLASTIC: return bxdf->as.plastic.diffuse;
+    case CA_BXDF_ROUGH_PLASTIC: return bxdf->as.rough_plastic.diffuse;
+    case CA_BXDF_PHONG: return bxdf->as.phong.diffuse;
+    case CA_BXDF_WARD: return bxdf->as.ward.diffuse;
+    case CA_BXDF_PRINCIPLED: return bxdf->as.principled.base_color;
+    case CA_BXDF_PRINCIPLED_THIN: return bxdf->as.principled_thin.base_color;
+    default: return ca_rgb_scale(ca_bxdf_eval(bxdf, wi_local, (ca_vec3){0.0f, 0.0f, 1.0f}, CA_FROM_CAMERA).f, CA_PI);
+    }
+}

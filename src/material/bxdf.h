@@ -164,4 +164,8 @@ bool ca_bxdf_sample_direction(const ca_bxdf *bxdf, ca_vec3 wi_local, float u_lob
 /* Reflectance for first-hit layers (Albedo.*): an estimate of the hemispherical reflectance and transmittance. */
 ca_rgb ca_bxdf_albedo(const ca_bxdf *bxdf, ca_vec3 wi_local);
 
+/* What Mitsuba's layer `albedo` shows: of models with a diffuse base its colour, whatever lies on it and from either
+ * side; of others the reflectance of a diffuse surface that is as bright under light along the normal. */
+ca_rgb ca_bxdf_diffuse_reflectance(const ca_bxdf *bxdf, ca_vec3 wi_local);
+
 #endif

@@ -29,11 +29,11 @@ static void set3(double value[3], float a, float b, float c)
 
 static void set_vector(double value[3], ca_vec3 v) { set3(value, v.x, v.y, v.z); }
 
-static ca_rgb albedo_at(const ca_scene *scene, const ca_surface *surface, ca_vec3 to_eye)
+static ca_rgb reflectance_at(const ca_scene *scene, const ca_surface *surface, ca_vec3 to_eye)
 {
     ca_bsdf bsdf;
     ca_bsdf_init(&bsdf, scene->materials, scene->desc.textures.items, surface, to_eye);
-    return ca_bsdf_albedo(&bsdf, to_eye);
+    return ca_bsdf_diffuse_reflectance(&bsdf, to_eye);
 }
 
 /* Depth begins where the camera begins to see. */
@@ -52,8 +52,8 @@ static void value_of(ca_aov_kind kind, const ca_scene *scene, const ca_surface *
     case CA_AOV_PRIM_INDEX: value[0] = surface->primitive; break;
     case CA_AOV_SHAPE_INDEX: value[0] = surface->shape; break;
     case CA_AOV_ALBEDO: {
-        const ca_rgb albedo = albedo_at(scene, surface, ca_neg(ray->direction));
-        set3(value, albedo.r, albedo.g, albedo.b);
+        const ca_rgb color = reflectance_at(scene, surface, ca_neg(ray->direction));
+        set3(value, color.r, color.g, color.b);
         break;
     }
     case CA_AOV_KIND_COUNT: break;
