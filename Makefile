@@ -137,7 +137,7 @@ lint:
 	@scripts/check-sources.sh
 	@scripts/check-abi.sh
 	@echo "gcc, warnings as errors"
-	@$(call build_targets,release,all tests tests-long benches fuzz-objects,build)
+	@$(call build_targets,release,all tests tests-long bench-objects fuzz-objects,build)
 	@echo "clang, warnings as errors"
 	@$(call build_targets,clang,all tests tests-long benches fuzz-objects,build-clang)
 	@echo "clang-tidy"
