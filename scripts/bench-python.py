@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What a mesh of a million triangles from NumPy costs beside the building of its tree, and what Python adds to a render.
 
-  CAUSTICA=FOLDER python3 scripts/bench-python.py [RUNS]
+  PYTHONPATH=FOLDER python3 scripts/bench-python.py [RUNS]
 
 FOLDER holds the package where it is not installed: `pip install --no-deps --target FOLDER build/python/*.whl`.
 
@@ -9,13 +9,10 @@ The mesh lies in a shapegroup without instances: all that a scene does with a me
 Prints a line for each kind of arrays: the least and the median milliseconds of RUNS, and the least of making the Mesh
 alone. The line behind them is of a scene that does show the mesh, tree and all: it tells how busy the machine was. The last
 lines are renders of 16 x 16 pixels and one sample, by `caustica.render` and by the call of C that it makes."""
-import os
 import statistics
 import sys
 import time
 
-if "CAUSTICA" in os.environ:
-    sys.path.insert(0, os.environ["CAUSTICA"])
 import numpy as np
 
 import caustica

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The Python snippets of Mitsuba's plugin reference, as they stand, in Caustica and in Mitsuba.
 
-  CAUSTICA=FOLDER python3 scripts/check-snippets.py SOURCES [PLUGIN...]
+  PYTHONPATH=FOLDER python3 scripts/check-snippets.py SOURCES [PLUGIN...]
 
 FOLDER holds the package where it is not installed: `pip install --no-deps --target FOLDER build/python/*.whl`. SOURCES is a
 checkout of github.com/mitsuba-renderer/mitsuba3: the reference is made of the comments /**! ... */ of its plugins,
@@ -17,8 +17,6 @@ import sys
 import tempfile
 import textwrap
 
-if "CAUSTICA" in os.environ:
-    sys.path.insert(0, os.path.abspath(os.environ["CAUSTICA"]))
 import mitsuba
 import numpy as np
 

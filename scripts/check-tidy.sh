@@ -11,7 +11,7 @@ build=$1
 shift
 [ -f "$build/compile_commands.json" ] ||
     { echo "$build has no compile_commands.json: configure it first" >&2; exit 2; }
-# Of sobol_table.c, 70,000 numbers that macros make, it would take as long as of twenty other files.
+# Of sobol_table.c, 16,384 numbers that macros make, it would take as long as of twenty other files.
 [ $# -gt 0 ] || set -- $(find src -name '*.c' ! -name sobol_table.c | LC_ALL=C sort)
 
 # A few files a process, so that processes end at about the same time. On standard error is only how many warnings of

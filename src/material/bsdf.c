@@ -288,7 +288,7 @@ bool ca_bsdf_sample_direction(const ca_bsdf *bsdf, ca_vec3 wi_world, float u_lob
     return true;
 }
 
-static ca_vec3 seen_from(const ca_bsdf_lobe *lobe, ca_vec3 wi_world)
+static inline ca_vec3 seen_from(const ca_bsdf_lobe *lobe, ca_vec3 wi_world)
 {
     ca_frame made;
     return lobe_to_local(lobe, frame_of(lobe, is_turned(lobe, wi_world), &made), wi_world);

@@ -65,6 +65,13 @@ ca_rgb ca_bxdf_diffuse_reflectance(const ca_bxdf *bxdf, ca_vec3 wi_local)
     case CA_BXDF_WARD: return bxdf->as.ward.diffuse;
     case CA_BXDF_PRINCIPLED: return bxdf->as.principled.base_color;
     case CA_BXDF_PRINCIPLED_THIN: return bxdf->as.principled_thin.base_color;
-    default: return ca_rgb_scale(ca_bxdf_eval(bxdf, wi_local, (ca_vec3){0.0f, 0.0f, 1.0f}, CA_FROM_CAMERA).f, CA_PI);
+    case CA_BXDF_DIELECTRIC:
+    case CA_BXDF_THIN_DIELECTRIC:
+    case CA_BXDF_ROUGH_DIELECTRIC:
+    case CA_BXDF_CONDUCTOR:
+    case CA_BXDF_ROUGH_CONDUCTOR:
+    case CA_BXDF_DIFFUSE_TRANSMITTER:
+    case CA_BXDF_KIND_COUNT: break;
     }
+    return ca_rgb_scale(ca_bxdf_eval(bxdf, wi_local, (ca_vec3){0.0f, 0.0f, 1.0f}, CA_FROM_CAMERA).f, CA_PI);
 }
