@@ -86,6 +86,7 @@ static ca_status load_cornell_box(ca_scene **scene, ca_error *error)
 
 int main(int argc, char **argv)
 {
+    const char *results = bench_results_file(argc, argv);
     static const struct {
         const char *name;
         ca_status (*load)(ca_scene **scene, ca_error *error);
@@ -108,6 +109,6 @@ int main(int argc, char **argv)
         ca_scene_release(scene);
         ca_scene_release(in_embree);
     }
-    bench_write_results(argc > 1 ? argv[1] : CA_SOURCE_DIR "/bench/results.json", "path", figures);
+    bench_write_results(results, "path", figures);
     return 0;
 }

@@ -168,9 +168,10 @@ static json_t *measure_set(const char *name, uint32_t count, float radius)
 
 int main(int argc, char **argv)
 {
+    const char *results = bench_results_file(argc, argv);
     json_t *figures = json_object();
     json_object_set_new(figures, "cached", measure_set("cached", 20000, 0.05f));
     json_object_set_new(figures, "large", measure_set("large", 1300000, 0.0062f));
-    bench_write_results(argc > 1 ? argv[1] : CA_SOURCE_DIR "/bench/results.json", "photons", figures);
+    bench_write_results(results, "photons", figures);
     return 0;
 }

@@ -124,6 +124,7 @@ static json_t *measure_sizes(const ca_scene *scene, const char *integrator, bool
 
 int main(int argc, char **argv)
 {
+    const char *results = bench_results_file(argc, argv);
     static const char *const names[] = {"vcm", "ovcm", "ppm", "bdpm"};
     static const char *const integrators[] = {"vcm:radius_pixels=1", "ovcm:radius_pixels=1", "ppm:radius_pixels=1",
                                               "bdpm:radius_pixels=1"};
@@ -138,7 +139,7 @@ int main(int argc, char **argv)
     json_object_set_new(json, "peak_bytes", json_real(bytes));
     for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++)
         json_object_set_new(json, names[i], measure_sizes(scene, integrators[i], i == 0));
-    bench_write_results(argc > 1 ? argv[1] : CA_SOURCE_DIR "/bench/results.json", "sizes", json);
+    bench_write_results(results, "sizes", json);
     ca_scene_release(scene);
     return 0;
 }

@@ -25,6 +25,14 @@ double bench_median(double *values, int count)
     return count % 2 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
 }
 
+const char *bench_results_file(int argc, char **argv)
+{
+    if (argc == 1) return CA_SOURCE_DIR "/bench/results.json";
+    if (argc == 2 && argv[1][0] != '-') return argv[1];
+    fprintf(stderr, "usage: %s [RESULTS.json]\n", argv[0]);
+    exit(2);
+}
+
 void bench_write_results(const char *path, const char *key, json_t *value)
 {
     json_t *root = json_load_file(path, 0, NULL);

@@ -12,6 +12,10 @@ _Noreturn void bench_die(const char *what, const ca_error *error);
 /* Sorts the values. */
 double bench_median(double *values, int count);
 
+/* The file of results that the command line names, or bench/results.json; ends the program where it says anything
+ * else. */
+const char *bench_results_file(int argc, char **argv);
+
 /* Sets one key of a JSON file and keeps the others, so that each bench program owns its part of one file. Takes
  * `value` over. */
 void bench_write_results(const char *path, const char *key, json_t *value);

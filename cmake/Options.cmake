@@ -40,14 +40,17 @@ if(CA_FUZZ)
     target_compile_options(caustica-flags INTERFACE -fsanitize=fuzzer-no-link) # coverage that steers the fuzzer
 endif()
 
-# Objects keep plain machine code beside the intermediate code, so the static library is of use to any linker and
-# the tests can link without the wait.
+# Link-time optimisation, of the libraries, the program and the benches. Their objects keep plain machine code beside the
+# intermediate code, so that the static library is of use to any linker. The tests are compiled and linked without it
+# (CA_NO_LTO: for linking, since the linker would else find the intermediate code): they are many, and it would take longer
+# than they do.
+add_library(caustica-lto INTERFACE)
 if(CA_LTO AND CMAKE_C_COMPILER_ID STREQUAL "GNU" AND CMAKE_BUILD_TYPE STREQUAL "Release" AND NOT CA_SANITIZE)
-    target_compile_options(caustica-flags INTERFACE -flto=auto -ffat-lto-objects)
-    target_link_options(caustica-flags INTERFACE -flto=auto)
+    target_compile_options(caustica-lto INTERFACE -flto=auto -ffat-lto-objects)
+    target_link_options(caustica-lto INTERFACE -flto=auto)
     if(CMAKE_C_COMPILER_AR)
         set(CMAKE_AR ${CMAKE_C_COMPILER_AR})
         set(CMAKE_RANLIB ${CMAKE_C_COMPILER_RANLIB})
     endif()
-    set(CA_NO_LINK_LTO -fno-lto)
+    set(CA_NO_LTO -fno-lto)
 endif()

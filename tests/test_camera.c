@@ -1,6 +1,6 @@
 /* Cameras: where film positions look, rays and splats as exact inverses with equal densities, and images that are the
  * same whether they are made of rays or of splats. */
-#include "camera/camera.h"
+#include "camera/camera_lanes.h"
 
 #include "math/numeric.h"
 #include "support/chi_square.h"

@@ -148,12 +148,12 @@ static void check_law(const ca_scene *scene, const pair_render *r, double most_e
 static void test_law(void **state)
 {
     (void)state;
-    check_law(matt, &(pair_render){integrators[0], 60, 4, 100, 2, 0, NULL, 0, NULL, 0}, 0.006);
-    check_law(matt, &(pair_render){integrators[1], 60, 4, 100, 2, 0, NULL, 0, NULL, 0}, 0.006);
-    check_law(matt, &(pair_render){integrators[2], 12, 12, 100, 2, 0, NULL, 0, NULL, 0}, 0.006);
-    check_law(matt, &(pair_render){integrators[3], 60, 4, 100, 2, 0, NULL, 0, NULL, 0}, 0.006);
+    check_law(matt, &(pair_render){integrators[0], 60, 4, 25, 2, 0, NULL, 0, NULL, 0}, 0.012);
+    check_law(matt, &(pair_render){integrators[1], 60, 4, 25, 2, 0, NULL, 0, NULL, 0}, 0.012);
+    check_law(matt, &(pair_render){integrators[2], 12, 12, 60, 2, 0, NULL, 0, NULL, 0}, 0.008);
+    check_law(matt, &(pair_render){integrators[3], 60, 4, 25, 2, 0, NULL, 0, NULL, 0}, 0.012);
     /* Where it matters which light path a camera path is connected to. */
-    check_law(hidden, &(pair_render){integrators[0], 12, 12, 100, 2, 0, NULL, 0, NULL, 0}, 0.02);
+    check_law(hidden, &(pair_render){integrators[0], 12, 12, 25, 2, 0, NULL, 0, NULL, 0}, 0.03);
 }
 
 /* ---- Refusals and failures ------------------------------------------------------------------------------------- */

@@ -1,5 +1,6 @@
 #include "camera/camera.h"
 
+#include "camera/camera_lanes.h"
 #include "camera/panels.h"
 #include "math/frame.h"
 #include "math/numeric.h"

@@ -19,7 +19,6 @@
 
 #include "base/status.h"
 #include "camera/realistic.h"
-#include "math/lanes.h"
 #include "math/measure.h"
 #include "math/rgb.h"
 #include "math/transform.h"
@@ -86,19 +85,6 @@ typedef struct ca_camera_ray {
 } ca_camera_ray;
 
 ca_camera_ray ca_camera_sample_ray(const ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens);
-
-/* Eight of them without densities, to the bit, where a thin lens or none makes them, all of weight 1. */
-typedef struct ca_camera_rays8 {
-    ca_v8 origin, direction;
-    ca_f8 t_min, t_max;
-} ca_camera_rays8;
-
-static inline bool ca_camera_has_lanes(const ca_camera *camera)
-{
-    return camera->kind == CA_CAMERA_PERSPECTIVE || camera->kind == CA_CAMERA_THIN_LENS;
-}
-void ca_camera_sample_rays8(const ca_camera *camera, const ca_f8 film_position[2], const ca_f8 u_lens[2],
-                            ca_camera_rays8 *rays);
 
 /* A splat: a point of the lens for `reference`. The contribution to the image at film_position is
  * f |cos| importance / pdf_direct.v; with the film's filter normalised to an integral of one pixel. */

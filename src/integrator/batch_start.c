@@ -1,4 +1,5 @@
 /* Batches: their numbers, and how camera paths start. */
+#include "camera/camera_lanes.h"
 #include "integrator/batch.h"
 #include "integrator/walk.h"
 

@@ -119,7 +119,10 @@ long render_without_memory(const ca_scene *scene, const ca_render_settings *sett
         ca_memory_fail_after(count);
         const ca_status status = ca_render(scene, settings, &image, NULL, NULL);
         done = status == CA_OK;
-        if (!done) assert_int_equal(status, CA_ERROR_MEMORY);
+        if (!done) {
+            assert_int_equal(status, CA_ERROR_MEMORY);
+            assert_null(image);
+        }
         ca_memory_fail_after(-1);
         ca_image_release(image);
     }
