@@ -57,6 +57,13 @@ static void test_signals_and_second_jobs(void **state)
     assert_exit(&second, 1);
     assert_says(second.errors, "c.part: another render is at work with this checkpoint");
     assert_false(exists(folder_of(state), "b.exr"));
+    char link[600];
+    snprintf(link, sizeof link, "%s/link.part", folder_of(state));
+    assert_int_equal(symlink("c.part", link), 0);
+    RUN(&second, "render", "ball.xml", "--spp=5", "--checkpoint=link.part", "--resume", "-o", "b.exr");
+    assert_exit(&second, 1);
+    assert_says(second.errors, "link.part: another render is at work with this checkpoint");
+    assert_int_equal(unlink(link), 0);
     kill(process, SIGTERM);
     ca_program_finish(*state, process, &r);
     assert_exit(&r, 0);
@@ -104,6 +111,27 @@ static void test_names_by_itself(void **state)
     RUN(&r, "render", "ball.xml", "--spp=3", "-o", "a.exr", "--resume"); /* there is none: it starts anew */
     assert_exit(&r, 0);
     assert_true(hash_of(state, "a.exr") == three);
+}
+
+/* A render that ends leaves the checkpoint of one that began a second later and is at work, though both have one name
+ * for theirs. */
+static void test_of_another_render(void **state)
+{
+    static const char *const first[] = {"render", "ball.xml", "--time=2.5", "--quiet", "-o", "k.exr", NULL},
+                             *const second[] = {"render", "ball.xml", "--spp=1000000", "--quiet",
+                                                "-o",     "k.exr",    "--checkpoint-every=0.001", NULL};
+    ca_program_result r;
+    const struct timespec second_later = {.tv_sec = 1};
+    const pid_t ends = ca_program_start(*state, first, -1);
+    nanosleep(&second_later, NULL);
+    const pid_t goes_on = ca_program_start(*state, second, -1);
+    wait_for(state, "k.exr.checkpoint.part");
+    ca_program_finish(*state, ends, &r);
+    assert_exit(&r, 0);
+    assert_true(exists(folder_of(state), "k.exr.checkpoint.part"));
+    kill(goes_on, SIGTERM);
+    ca_program_finish(*state, goes_on, &r);
+    assert_exit(&r, 0);
 }
 
 /* Every file is limited to fewer bytes than a checkpoint has, but not than the picture. */
@@ -170,6 +198,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_kills),     PROGRAM_TEST(test_signals_and_second_jobs), PROGRAM_TEST(test_names_by_itself),
         PROGRAM_TEST(test_full_disk), PROGRAM_TEST(test_changed_texture),         PROGRAM_TEST(test_parts),
+        PROGRAM_TEST(test_of_another_render),
     };
     return run_program_tests("checkpoints", tests, sizeof tests / sizeof tests[0]);
 }

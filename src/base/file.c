@@ -240,8 +240,12 @@ static int try_lock(ca_file_lock *lock)
 
 ca_status ca_file_lock_take(ca_file_lock *lock, const char *path, bool *taken, ca_error *error)
 {
-    *lock = (ca_file_lock){.path = concatenate(path, strlen(path), ".lock")};
+    char *const file = ca_path_follow(path);
+    *lock = (ca_file_lock){.path = file ? concatenate(file, strlen(file), ".lock") : NULL};
     *taken = false;
+    const bool has_no_end = !file && errno != ENOMEM;
+    ca_free(file);
+    if (has_no_end) return fail_errno(error, path, "cannot lock");
     if (!lock->path) return ca_fail_memory(error, path);
     int reason = EINTR;
     for (int attempt = 0; attempt < 100 && reason == EINTR; attempt++) reason = try_lock(lock);

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "cli/keep.h"
 
+#include "base/file.h"
 #include "base/memory.h"
 #include "cli/say.h"
 
@@ -91,5 +92,12 @@ void ca_keep_tell(const ca_keep *keep)
 
 void ca_keep_end(const ca_keep *keep, bool interrupted)
 {
-    if (keep->path && !keep->wanted && !interrupted) unlink(keep->path);
+    if (!keep->path || keep->wanted || interrupted || access(keep->path, F_OK) != 0) return;
+    /* Another render may have begun since, and be at work with a checkpoint of this name. */
+    ca_file_lock lock;
+    bool taken;
+    ca_error error;
+    if (ca_file_lock_take(&lock, keep->path, &taken, &error) != CA_OK || !taken) return;
+    unlink(keep->path);
+    ca_file_lock_release(&lock);
 }
