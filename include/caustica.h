@@ -215,7 +215,9 @@ typedef struct ca_render_settings {
     uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes, of
                                    which there are 16,777,215 at most */
     double seconds;             /* > 0: stop after the pass in which this much rendering time is reached */
-    double noise_percent; /* > 0: stop when the relative standard error of the image is below this many percent */
+    /* > 0: stop when the relative standard error of the image is below this many percent. A picture that is still
+     * black after 2^24 samples (64 of a pixel at least, 4096 at most) is given up: its noise is not known. */
+    double noise_percent;
     /* How many light paths, and camera paths of each pixel, of bdpm, ppm, bdpt, vcm, ovcm, vavcm, and of what `auto`
      * chooses; NULL: light_paths and camera_paths. "auto": what is estimated to give the least noise in the time (of
      * ppm the light paths alone, with one camera path; where paths connect one number of camera paths for all

@@ -21,7 +21,7 @@ static void assert_near(const char *what, double value, double expected)
 static ca_auto_progress progress_of(double seconds, double camera_paths, double noise, double target)
 {
     ca_auto_progress p = {.seconds = seconds, .camera_paths = camera_paths};
-    p.looks = ca_noise_looks_start(target, 0.0);
+    p.looks = ca_noise_looks_start(target, 0.0, 64.0);
     p.looks.noise = noise;
     return p;
 }

@@ -456,6 +456,56 @@ static void expect_no_merge(const char *a, const char *b, bool wants_image, cons
     if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
 }
 
+/* A whole file whose settings say something else, as one of another version would. */
+static void change_setting(const char *name, const char *from, const char *to)
+{
+    ca_pass_reader reader;
+    ca_film film;
+    ca_error error;
+    assert_int_equal(ca_pass_reader_open(&reader, file(name), &error), CA_OK);
+    assert_int_equal(ca_pass_film_create(&film, &reader.film, &error), CA_OK);
+    assert_int_equal(ca_pass_reader_add(&reader, &film, true, &error), CA_OK);
+    char settings[4096];
+    const char *at = strstr(reader.part.settings, from);
+    assert_non_null(at);
+    snprintf(settings, sizeof settings, "%.*s%s%s", (int)(at - reader.part.settings), reader.part.settings, to,
+             at + strlen(from));
+    ca_pass_part part = reader.part;
+    part.settings = settings;
+    assert_int_equal(ca_pass_part_write(&part, &film, file("changed.part"), &error), CA_OK);
+    ca_film_destroy(&film);
+    ca_pass_reader_close(&reader);
+}
+
+/* The setting is named, and the file; and nothing is written. */
+static void test_settings_of_another_version(void **state)
+{
+    (void)state;
+    static const char *const changes[][3] = {
+        {"integrator path\n", "integrator pathos\n", "integrator"},
+        {"integrator path\n", "integrator auto\n", "integrator"},
+        {"\nrr_depth 3\n", "\nrr_depht 3\n", "rr_depth"},
+        {"\nrr_depth 3\n", "\nrr_depth 2.5\n", "rr_depth"},
+        {"\nsamples_per_pass 1\n", "\nsamples_per_pass one\n", "samples_per_pass"},
+        {"\nsamples_per_pass 1\n", "\nsamples_per_pass 0\n", "samples_per_pass"},
+        {"\nsamples_per_pass 1\n", "\n", "samples_per_pass"},
+    };
+    const char *const path = file("changed.part");
+    unlink(file("sum.part"));
+    render_part("path", 0, 2, 1, "whole.part");
+    for (size_t i = 0; i < sizeof changes / sizeof changes[0]; i++) {
+        ca_error error = {""};
+        char words[128];
+        change_setting("whole.part", changes[i][0], changes[i][1]);
+        assert_int_equal(ca_merge_parts(&path, 1, file("sum.part"), NULL, NULL, &error), CA_ERROR_FORMAT);
+        snprintf(words, sizeof words, "changed.part: what it tells of the setting \"%s\" makes no sense",
+                 changes[i][2]);
+        if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
+        assert_non_null(strstr(error.message, ca_version()));
+        assert_false(is_there("sum.part"));
+    }
+}
+
 static void test_parts_that_do_not_fit(void **state)
 {
     (void)state;
@@ -508,6 +558,7 @@ int main(void)
         cmocka_unit_test(test_one_job_at_a_time),
         cmocka_unit_test(test_when_it_is_due),
         cmocka_unit_test(test_damaged_files),
+        cmocka_unit_test(test_settings_of_another_version),
         cmocka_unit_test(test_a_checkpoint_that_cannot_be_written),
         cmocka_unit_test(test_parts_of_every_integrator),
         cmocka_unit_test(test_parts_that_do_not_fit),

@@ -102,7 +102,13 @@ static void test_names_by_itself(void **state)
     const uint64_t three = hash_of(state, "b.exr");
     RUN(&r, "render", "ball.xml", "-o", "a.exr", "--checkpoint-every=1e-6");
     assert_exit(&r, 0);
-    assert_says(r.errors, "a.exr.checkpoint.part is the checkpoint of a render that did not end: --resume goes on");
+    assert_says(r.errors, "a.exr.checkpoint.part is there already, of a render that did not end or is at work: "
+                          "--resume goes on from it; this render keeps ");
+    assert_says(r.errors, "a.exr.checkpoint-2.part\n");
+    RUN(&r, "render", "ball.xml", "--spp=5", "-o", "b.exr", "--checkpoint=a.exr.checkpoint.part");
+    assert_exit(&r, 2); /* a name that was asked for is used or refused, and gets no number */
+    assert_says(r.errors, "a.exr.checkpoint.part: there is a checkpoint already: resume from it, remove it");
+    assert_true(hash_of(state, "b.exr") == three);
     assert_true(exists(folder, "a.exr.checkpoint.part") && !exists(folder, "a.exr.checkpoint-2.part"));
     RUN(&r, "render", "ball.xml", "--spp=3", "-o", "a.exr", "--resume");
     assert_exit(&r, 0);
@@ -192,6 +198,19 @@ static void test_parts(void **state)
     RUN(&r, "merge", "b.part", "-o", "two.exr");
     assert_exit(&r, 1);
     assert_says(r.errors, "an image needs all passes from 0, but b.part begins at pass 4");
+    RUN(&r, "render", "ball.xml", "--spp=12", "--replicates=3", "--passes=4:12", "-o", "c.part");
+    assert_exit(&r, 0);
+    assert_true(r.errors[0] == '\0');
+    static const char *const long_words[] = {
+        "render", "ball.xml", "--spp=2000000", "--replicates=2", "--checkpoint=d.part", "--checkpoint-every=0.001",
+        "-o",     "e.part",   NULL};
+    const pid_t process = ca_program_start(*state, long_words, -1);
+    wait_for(state, "d.part");
+    kill(process, SIGINT);
+    ca_program_finish(*state, process, &r);
+    assert_exit(&r, 0);
+    assert_says(r.errors, "warning: e.part with the passes 0:");
+    assert_says(r.errors, " ends in the middle of a replicate of 1000000 passes: it adds up with no other part\n");
 }
 
 int main(void)

@@ -47,6 +47,16 @@ static void assert_near(const char *what, double value, double expected, double 
 
 /* ---- What comes out -------------------------------------------------------------------------------------------- */
 
+static void test_same_random_numbers(void **state)
+{
+    ca_program_result r;
+    RUN(&r, BALL, "--seed=3", "-D", "albedo=0.6", "-o", "c.exr");
+    RUN(&r, "compare", "a.exr", "c.exr", "--reference=ref.exr", "--flip=none");
+    assert_exit(&r, 0);
+    const char *second = strstr(r.output, "c.exr\n"), *note = strstr(r.output, "both have the seed 3: the test");
+    assert_true(second && note > second);
+}
+
 static void test_numbers_and_maps(void **state)
 {
     ca_program_result r;
@@ -278,7 +288,7 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        IMAGES_TEST(test_numbers_and_maps),  IMAGES_TEST(test_names_of_maps),
+        IMAGES_TEST(test_numbers_and_maps), IMAGES_TEST(test_same_random_numbers),  IMAGES_TEST(test_names_of_maps),
         IMAGES_TEST(test_options_reach_their_metrics), IMAGES_TEST(test_kinds_of_flip),
         IMAGES_TEST(test_region_and_masks),  IMAGES_TEST(test_names_that_are_no_utf8),
         IMAGES_TEST(test_a_dark_reference),

@@ -45,6 +45,29 @@ static void test_recommendation(void **state)
     assert_says(r.output, "\nnext: caustica render room.xml -i ppm --radius 0.5 --alpha 0 --light-paths ");
 }
 
+/* Of another sensor: what to type next names it. */
+static void test_sensors(void **state)
+{
+    ca_program_result r;
+    write_text(folder_of(state), "two.xml",
+               ROOM_TEXT("<sensor type=\"perspective\" id=\"the side\"><transform name=\"to_world\"><lookat "
+                         "origin=\"0,3,6\" target=\"0,0.5,0\" up=\"0,1,0\"/></transform><film type=\"hdrfilm\">"
+                         "<integer name=\"width\" value=\"5\"/><integer name=\"height\" value=\"4\"/></film>"
+                         "</sensor>\n",
+                         "independent", "1", "40"));
+    RUN(&r, "noise", "two.xml", "--radius=0.5", COUNTS(60, 3, 4), "--camera=the side");
+    assert_exit(&r, 0);
+    assert_says(r.output, "3 camera paths per pixel, 20 pixels");
+    assert_says(r.output, "\nnext: caustica render two.xml -i bdpm --camera 'the side' --radius 0.5 ");
+    RUN(&r, "noise", "two.xml", "--radius=0.5", COUNTS(60, 3, 4), "--sensor=1");
+    assert_exit(&r, 0);
+    assert_says(r.output, "3 camera paths per pixel, 96 pixels");
+    assert_says(r.output, "\nnext: caustica render two.xml -i bdpm --sensor 1 --radius 0.5 ");
+    RUN(&r, "noise", "two.xml", "--sensor=2");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "there is no sensor 2");
+}
+
 /* Nothing but the scene. */
 static void test_default_numbers(void **state)
 {
@@ -166,9 +189,14 @@ static void test_times_that_cannot_be_measured(void **state)
 static void test_black_image(void **state)
 {
     ca_program_result r;
+    write_text(folder_of(state), "dark.xml", "<scene version='3.0.0'><sensor type='perspective'/></scene>");
+    RUN(&r, "noise", "dark.xml", "--resolution=8x8", COUNTS(20, 2, 3), "--radius=0.5");
+    assert_exit(&r, 0);
+    assert_string_equal(r.errors, "caustica: warning: the scene has no light: there is no noise\n");
+    assert_says(r.output, "no numbers are recommended: no light was found\n");
     RUN(&r, "noise", ROOM, COUNTS(20, 2, 3), "-Dpower=0", "-oa.exr", "-oa.png", "--stats=a.json");
     assert_exit(&r, 0);
-    assert_says(r.output, "no numbers are recommended: no noise was found, all are as good\nwrote a.exr\n");
+    assert_says(r.output, "no numbers are recommended: no light was found\nwrote a.exr\n");
     assert_null(strstr(r.output, "-nan"));
     assert_null(strstr(r.output, "next: "));
     ca_image_layers *image = read_image(state, "a.exr");
@@ -206,6 +234,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         ROOM_TEST(test_recommendation),
+        ROOM_TEST(test_sensors),
         ROOM_TEST(test_default_numbers),
         ROOM_TEST(test_signals),
         ROOM_TEST(test_times_that_cannot_be_measured),

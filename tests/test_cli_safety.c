@@ -284,6 +284,13 @@ static void test_outputs_differ(void **state)
                    "--output a.exr and --output ./a.exr are the same");
     assert_refused(state, "mkdir -p s; $P render ball.xml -o a.exr --stats s/index.html --dump-strategies s",
                    "--stats s/index.html and --dump-strategies s/index.html are the same file");
+    assert_refused(state,
+                   "mkdir -p s; $P render ball.xml --max-depth 5 -o s/hit_s0_t2_weight.exr --dump-strategies s",
+                   "--output s/hit_s0_t2_weight.exr and --dump-strategies s/hit_s0_t2_weight.exr are the same file");
+    assert_shell(state, 0, "cp ball.xml s/next_event_s1_t2_weighted.exr");
+    assert_refused(state,
+                   "$P render s/next_event_s1_t2_weighted.exr --max-depth 5 -o a.exr --dump-strategies s",
+                   "--dump-strategies would overwrite s/next_event_s1_t2_weighted.exr, which is the scene");
     /* Names that are alike in folders that are not, and a file that is there already, are fine. */
     assert_shell(state, 0, "mkdir one two; for i in 1 2; do $P render ball.xml -o one/a.exr -o two/a.exr; done");
 }

@@ -170,6 +170,26 @@ static void test_lost_share(void **state)
     ca_scene_release(scene);
 }
 
+/* Of a few pixels and samples nearly all paths are without a sample: that is noise, and no method would mend it. */
+static void test_a_tiny_render(void **state)
+{
+    (void)state;
+    for (int water = 0; water < 2; water++) {
+        ca_scene *scene = pool(water, SUN, 12);
+        ca_render_settings settings = settings_of("path", 1);
+        settings.width = settings.height = 1;
+        const ca_preflight one = preflight_of(scene, &settings);
+        settings.samples_per_pixel = 1 << 20;
+        const ca_preflight many = preflight_of(scene, &settings);
+        assert_true(one.lost_light == many.lost_light);
+        if (water) assert_warns(&one, "such as light through glass");
+        if (!water) assert_no_warning(&one, "one pixel");
+        settings.samples_per_pixel = 10000000;
+        assert_true(preflight_of(scene, &settings).lost_light <= many.lost_light);
+        ca_scene_release(scene);
+    }
+}
+
 /* Nothing finds the sun in water that is seen through it but photons; all find the sky. */
 static void test_integrators(void **state)
 {
@@ -595,6 +615,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_worst_samples),    cmocka_unit_test(test_batch_ratio),
         cmocka_unit_test(test_lost_share),       cmocka_unit_test(test_integrators),
+        cmocka_unit_test(test_a_tiny_render),
         cmocka_unit_test(test_no_false_alarm),   cmocka_unit_test(test_length_of_render),
         cmocka_unit_test(test_expected_samples), cmocka_unit_test(test_merged_photons),
         cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_no_light),

@@ -142,7 +142,7 @@ static void test_noise_looks(void **state)
     (void)state;
     for (int scatter = 0; scatter < 2; scatter++)
         for (double target = 0.3; target < 30.0; target *= 1.07) {
-            ca_noise_looks looks = ca_noise_looks_start(target, 8.0);
+            ca_noise_looks looks = ca_noise_looks_start(target, 8.0, 64.0);
             uint32_t passes = 0, count = 0;
             double noise = 0.0;
             do {
@@ -159,12 +159,87 @@ static void test_noise_looks(void **state)
             assert_true(passes <= needed * 1.05 + 2.0 && passes >= needed * (scatter ? 0.95 : 1.0) - 1.0);
             assert_true(count <= 2.0 + log2(needed / 8.0) + 2.0 * scatter);
         }
-    ca_noise_looks looks = ca_noise_looks_start(0.0, 8.0);
+    ca_noise_looks looks = ca_noise_looks_start(0.0, 8.0, 64.0);
     ca_noise_looks_take(&looks, 8.0, 5.0, 1.0, 0.125);
     assert_true(looks.next == 16.0 && looks.noise == 5.0 && looks.first_predicted_seconds == 0.0 &&
                 !ca_noise_looks_reached(&looks));
     ca_noise_looks_take(&looks, 16.0, (double)NAN, 2.0, 0.125);
     assert_true(looks.next == 32.0 && looks.noise < 0.0);
+}
+
+/* A picture that stays black is given up at a look, and would be at the same one after a break. */
+static void test_looks_at_a_black_picture(void **state)
+{
+    (void)state;
+    assert_true(ca_noise_looks_patience(64.0 * 64.0, true) == 4096.0 && ca_noise_looks_patience(1.0, true) == 4096.0);
+    assert_true(ca_noise_looks_patience(0x1p16, true) == 256.0 && ca_noise_looks_patience(0x1p23, true) == 64.0);
+    assert_true(ca_noise_looks_patience(64.0 * 64.0, false) == 0.0);
+    ca_noise_looks looks = ca_noise_looks_start(1.0, 8.0, 20.0);
+    ca_noise_looks_recall(&looks, looks.noise, looks.next);
+    for (double passes = 8.0; passes <= 32.0; passes *= 2.0) {
+        assert_false(ca_noise_looks_over(&looks));
+        ca_noise_looks_take(&looks, passes, (double)NAN, passes, 1.0);
+        ca_noise_looks recalled = ca_noise_looks_start(1.0, 8.0, 20.0);
+        ca_noise_looks_recall(&recalled, looks.noise, looks.next);
+        assert_true(recalled.given_up == looks.given_up);
+    }
+    assert_true(looks.given_up && ca_noise_looks_over(&looks) && !ca_noise_looks_reached(&looks));
+    looks = ca_noise_looks_start(1.0, 8.0, 20.0); /* light that is found late */
+    ca_noise_looks_take(&looks, 8.0, (double)NAN, 1.0, 1.0);
+    ca_noise_looks_take(&looks, 32.0, 50.0, 1.0, 1.0);
+    assert_false(ca_noise_looks_over(&looks));
+    looks = ca_noise_looks_start(0.0, 8.0, 20.0);
+    ca_noise_looks_take(&looks, 64.0, (double)NAN, 1.0, 1.0);
+    assert_false(ca_noise_looks_over(&looks));
+}
+
+/* A ball; a lamp in it, if any, lights nothing that the camera sees. */
+static ca_scene *black_scene(const char *lamp)
+{
+    char text[2048];
+    snprintf(text, sizeof text,
+             "<scene version='3.0.0'><sensor type='perspective'><sampler type='independent'/><film type='hdrfilm'>"
+             "<integer name='width' value='8'/><integer name='height' value='8'/><rfilter type='box'/></film>"
+             "</sensor><shape type='sphere'><point name='center' value='0,0,4'/><bsdf type='diffuse'/></shape>%s"
+             "</scene>",
+             lamp);
+    return scene_from_text(text);
+}
+
+static void test_a_noise_target_without_light(void **state)
+{
+    (void)state;
+    static const char *const lamp =
+        "<shape type='sphere'><point name='center' value='0,0,4'/><float name='radius' value='0.1'/>"
+        "<emitter type='area'/></shape>";
+    static const struct {
+        const char *integrator, *rays, *lamp;
+        uint64_t least, most; /* samples of a pixel */
+    } cases[] = {
+        {"path", NULL, "", 8, 8},
+        {"path", NULL, lamp, 4096, 4096},
+        {"bdpt", NULL, "", 8, 8},
+        {"bdpm:radius=0.1,light_paths=64,camera_paths=3", NULL, lamp, 4096, 3 * 2048},
+        {"bdpm:radius=0.1,light_paths=64,camera_paths=3", "auto", "", 2, 4096},
+        {"bdpm:radius=0.1,light_paths=64,camera_paths=3", "auto", lamp, 4096, 3 * 8192},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_scene *scene = black_scene(cases[i].lamp);
+        ca_render_settings settings = settings_with(0);
+        settings.noise_percent = 1.0;
+        settings.integrator = cases[i].integrator;
+        settings.rays = cases[i].rays;
+        ca_image_layers *image = NULL;
+        ca_render_statistics statistics = {.size = sizeof statistics};
+        ca_error error;
+        if (ca_render(scene, &settings, &image, &statistics, &error) != CA_OK) fail_msg("%s", error.message);
+        assert_true(statistics.noise_percent < 0.0 && !statistics.interrupted && statistics.mean_luminance == 0.0);
+        const double samples = statistics.samples_per_pixel;
+        if (samples < (double)cases[i].least || samples > (double)cases[i].most)
+            fail_msg("case %zu: %g samples", i, samples);
+        ca_image_release(image);
+        ca_scene_release(scene);
+    }
 }
 
 static void test_time_and_noise_stop_the_render(void **state)
@@ -513,6 +588,8 @@ int main(void)
         cmocka_unit_test(test_a_crop_is_a_part_of_the_picture),
         cmocka_unit_test(test_a_stopped_render_is_a_shorter_one),
         cmocka_unit_test(test_noise_looks),
+        cmocka_unit_test(test_looks_at_a_black_picture),
+        cmocka_unit_test(test_a_noise_target_without_light),
         cmocka_unit_test(test_time_and_noise_stop_the_render),
         cmocka_unit_test(test_noise_is_what_it_says),
         cmocka_unit_test(test_layers_and_attributes),

@@ -243,8 +243,9 @@ static ca_status check(compare_options *o, const ca_text_list *images, ca_error 
 
 /* ---- Printing -------------------------------------------------------------------------------------------------- */
 
-static void print_test(const ca_block_test *test)
+static void print_test(const ca_compared_image *image)
 {
+    const ca_block_test *test = &image->comparison.test;
     if (!test->done) {
         printf("  block test          not done: %s\n", test->blocks_untested
                                                            ? "each block has a pixel of unknown variance"
@@ -262,7 +263,12 @@ static void print_test(const ca_block_test *test)
     if (test->blocks_untested)
         printf("  not tested          %u %s of unknown variance\n", test->blocks_untested,
                ca_noun(test->blocks_untested, "block", "blocks"));
-    if (test->reference_exact) printf("  note                the reference tells no variance: taken as exact\n");
+    if (test->reference_exact)
+        printf("  note                the reference tells no variance: taken as exact\n");
+    else if (image->same_seed)
+        printf("  note                both have the seed %.0f: the test takes their noise to be independent, which "
+               "that of the same random numbers is not\n",
+               image->seed);
 }
 
 static void print_perceived(const ca_metric_settings *settings, const ca_image_metrics *m)
@@ -295,7 +301,7 @@ static void print_image(const ca_metric_settings *settings, const ca_compared_im
     if (c->blocks > 0)
         printf("  block means         %.3f %% apart (median of %u %s)\n", 100.0 * c->median_block_difference,
                c->blocks, ca_noun(c->blocks, "block", "blocks"));
-    print_test(&c->test);
+    print_test(image);
     if (c->masked || c->blocks_left_out)
         printf("  left out            %llu %s by masks, %u %s for it\n", (unsigned long long)c->masked,
                ca_noun((double)c->masked, "pixel", "pixels"), c->blocks_left_out,
@@ -357,6 +363,14 @@ static bool is_display_file(const char *path)
     return false;
 }
 
+static void compare_seeds(const ca_image_layers *image, const ca_image_layers *reference, ca_compared_image *result)
+{
+    const ca_attribute *a = ca_layers_attribute(image, "caustica.seed");
+    const ca_attribute *b = ca_layers_attribute(reference, "caustica.seed");
+    result->same_seed = a && b && a->number == b->number;
+    result->seed = a ? a->number : 0.0;
+}
+
 /* What is wrong with a picture is a failure, not wrong usage: the words were right. */
 static ca_status compare_file(comparing *c, ca_compared_image *image, ca_error *error)
 {
@@ -368,6 +382,7 @@ static ca_status compare_file(comparing *c, ca_compared_image *image, ca_error *
     CA_TRY(ca_layers_read(image->path, &layers, error));
     ca_error reason = {""};
     ca_status status = compare_resampled(c, layers, image, c->map_path || c->page ? &maps : NULL, &reason);
+    compare_seeds(layers, c->reference, image);
     ca_layers_destroy(layers);
     if (status != CA_OK) ca_layers_destroy(maps);
     if (status != CA_OK)

@@ -20,10 +20,10 @@
 
 typedef struct noise_options {
     ca_text_list outputs, define_words, predict_words;
-    const char *scene, *stats, *objective;
+    const char *scene, *camera, *stats, *objective;
     ca_render_settings settings; /* options are read right into it */
-    uint32_t iterations, resolution[2], roi[4];
-    bool has_roi, quiet, help;
+    uint32_t iterations, sensor, resolution[2], roi[4];
+    bool has_roi, has_sensor, quiet, help;
     ca_places places;
 } noise_options;
 
@@ -90,6 +90,17 @@ static const ca_option options[] = {
      .kind = CA_OPTION_TEXT_LIST,
      AT(define_words),
      .help = "value for a <default> of the scene; several times"},
+    {.name = "sensor",
+     .argument = "N",
+     .kind = CA_OPTION_COUNT,
+     AT(sensor),
+     GIVEN(has_sensor),
+     .help = "which of the scene's sensors, counted from 0 (default: 0)"},
+    {.name = "camera",
+     .argument = "NAME",
+     .kind = CA_OPTION_TEXT,
+     AT(camera),
+     .help = "the sensor of that id instead (glTF: the name of its node)"},
     {.name = "seed",
      .argument = "N",
      .kind = CA_OPTION_SEED,
@@ -312,6 +323,8 @@ static void print_shared_words(const noise_options *o, const ca_noise_setup *set
     const char *integrator = s->integrator ? s->integrator : setup->integrator;
     print_integrator(integrator);
     for (size_t i = 0; i < o->define_words.count; i++) print_word("-D", o->define_words.items[i]);
+    if (o->has_sensor) printf(" --sensor %u", o->sensor);
+    if (o->camera) print_word("--camera", o->camera);
     if (s->has_max_depth) printf(" --max-depth %d", s->max_depth);
     if (setup->radius > 0.0 && !ca_render_overrides_mention(integrator, "radius"))
         printf(" --radius %.9g", setup->radius); /* with other numbers of paths the default is another one */
@@ -486,7 +499,8 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
 static ca_status load_and_measure(noise_options *o, ca_noise_report *report, ca_error *error)
 {
     ca_scene *scene;
-    CA_TRY(ca_options_load_scene(o->scene, &o->define_words, !o->quiet, &scene, error));
+    CA_TRY(ca_options_load_sensor(o->scene, &o->define_words, o->sensor, o->camera, !o->quiet, &scene, error));
+    if (scene->light_count == 0) ca_say(stderr, "caustica: warning: the scene has no light: there is no noise\n");
     ca_status status = ca_places_read_scene(&o->places, scene, error);
     if (status == CA_OK) status = measure(o, scene, report, error);
     ca_scene_release(scene);

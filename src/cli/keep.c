@@ -22,7 +22,8 @@ static void number(char *path, const char *stem, int n)
         snprintf(path, strlen(stem) + ROOM_FOR_ENDING, "%s-%d.part", stem, n);
 }
 
-/* The first number that is free; where the render goes on, or none is free, the first of all. */
+/* The first number that is free; where the render goes on, the name was asked for, or none is free, the first of
+ * all. */
 static ca_status find_free(ca_keep *keep, const char *stem, ca_error *error)
 {
     const size_t size = strlen(stem) + ROOM_FOR_ENDING;
@@ -31,7 +32,7 @@ static ca_status find_free(ca_keep *keep, const char *stem, ca_error *error)
     if (!keep->path || !keep->existing) return ca_fail_memory(error, "the command line");
     number(keep->path, stem, 1);
     number(keep->existing, stem, 1);
-    const bool taken = !keep->resume && exists(keep->path);
+    const bool taken = !keep->resume && !keep->wanted && exists(keep->path);
     for (int n = 2; taken && exists(keep->path) && n < MOST_NUMBERS; n++) number(keep->path, stem, n);
     if (taken) return CA_OK;
     ca_free(keep->existing);
@@ -86,8 +87,10 @@ void ca_keep_fill(const ca_keep *keep, ca_render_settings *settings)
 void ca_keep_tell(const ca_keep *keep)
 {
     if (!keep->existing) return;
-    ca_say(stderr, "caustica: %s is the checkpoint of a render that did not end: --resume goes on from it\n",
-           keep->existing);
+    ca_say(stderr,
+           "caustica: %s is there already, of a render that did not end or is at work: --resume goes on from it; "
+           "this render keeps %s\n",
+           keep->existing, keep->path);
 }
 
 void ca_keep_end(const ca_keep *keep, bool interrupted)

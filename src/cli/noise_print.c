@@ -135,8 +135,8 @@ static const char *why_none(const ca_noise_report *report)
 {
     const char *why = ca_noise_why_no_numbers(report);
     if (why) return why;
-    return report->recommendation.interrupted ? "a signal interrupted the timing of paths"
-                                              : "no noise was found, all are as good";
+    if (report->recommendation.interrupted) return "a signal interrupted the timing of paths";
+    return report->statistics.mean_luminance > 0.0 ? "no noise was found, all are as good" : "no light was found";
 }
 
 void ca_noise_print(const ca_noise_report *report)

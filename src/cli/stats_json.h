@@ -16,6 +16,8 @@ typedef struct ca_compared_image {
     ca_comparison comparison;
     ca_image_metrics metrics;
     bool flip_is_hdr; /* which FLIP is the one for this picture */
+    bool same_seed;   /* as the reference's: their noise may not be independent */
+    double seed;
 } ca_compared_image;
 
 /* What the law of noise says for numbers of paths, averaged over the image and over a region of interest. */

@@ -160,16 +160,27 @@ static ca_status write_picture(const ca_technique_images *images, const techniqu
     return status;
 }
 
-static ca_status write_technique(const ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t,
-                                 uint32_t passes, const char *directory, ca_error *error)
+bool ca_technique_images_file(uint32_t index, char name[CA_TECHNIQUE_FILE_SIZE])
 {
     static const char *const kinds[KIND_COUNT] = {"unweighted", "weighted", "weight"};
-    const technique_pixel *pixels = images->pictures[picture_index(technique, s, t)];
+    const uint32_t picture = index / KIND_COUNT;
+    if (picture >= PICTURES) return false;
+    snprintf(name, CA_TECHNIQUE_FILE_SIZE, "%s_s%u_t%u_%s.exr",
+             ca_technique_name((ca_technique)(picture / (SIDE * SIDE))), picture / SIDE % SIDE, picture % SIDE,
+             kinds[index % KIND_COUNT]);
+    return true;
+}
+
+/* Of one technique with one number of vertices on each side. */
+static ca_status write_kinds(const ca_technique_images *images, uint32_t index, uint32_t passes,
+                             const char *directory, ca_error *error)
+{
+    const technique_pixel *pixels = images->pictures[index];
     if (!pixels) return CA_OK;
-    for (int kind = 0; kind < KIND_COUNT; kind++) {
-        char path[4096];
-        const int length = snprintf(path, sizeof path, "%s/%s_s%u_t%u_%s.exr", directory,
-                                    ca_technique_name(technique), s, t, kinds[kind]);
+    for (uint32_t kind = 0; kind < KIND_COUNT; kind++) {
+        char name[CA_TECHNIQUE_FILE_SIZE], path[4096];
+        ca_technique_images_file(index * KIND_COUNT + kind, name);
+        const int length = snprintf(path, sizeof path, "%s/%s", directory, name);
         if (length < 0 || (size_t)length >= sizeof path)
             return ca_fail(error, CA_ERROR_FILE, NULL, "%.200s...: the folder's name is too long", directory);
         CA_TRY(write_picture(images, pixels, (picture_kind)kind, passes, path, error));
@@ -183,9 +194,6 @@ ca_status ca_technique_images_write(const ca_technique_images *images, uint32_t 
     if (images->failed) return ca_fail_memory(error, "the technique images");
     if (mkdir(directory, 0777) != 0 && errno != EEXIST)
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot make the folder: %s", directory, strerror(errno));
-    for (uint32_t technique = 0; technique < CA_TECHNIQUE_COUNT; technique++)
-        for (uint32_t s = 0; s < SIDE; s++)
-            for (uint32_t t = 0; t < SIDE; t++)
-                CA_TRY(write_technique(images, (ca_technique)technique, s, t, passes, directory, error));
+    for (uint32_t i = 0; i < PICTURES; i++) CA_TRY(write_kinds(images, i, passes, directory, error));
     return CA_OK;
 }

@@ -13,7 +13,7 @@
 typedef struct ca_technique_images ca_technique_images;
 
 /* Paths of more vertices are refused when a render with technique images is planned. */
-enum { CA_TECHNIQUE_MAX_VERTICES = 14 };
+enum { CA_TECHNIQUE_MAX_VERTICES = 14, CA_TECHNIQUE_FILE_SIZE = 64 };
 
 ca_status ca_technique_images_create(ca_technique_images **images, const uint32_t crop[4], ca_error *error);
 void ca_technique_images_destroy(ca_technique_images *images); /* NULL is allowed */
@@ -32,6 +32,9 @@ void ca_technique_images_size(const ca_technique_images *images, uint32_t *width
 /* The sums over all passes of a pixel, counted row by row; false: this technique found nothing anywhere. */
 bool ca_technique_images_get(const ca_technique_images *images, ca_technique technique, uint32_t s, uint32_t t,
                              size_t pixel, ca_rgb *unweighted, ca_rgb *weighted);
+
+/* The names of all files that may be written, by their number from 0; false: there are no more. */
+bool ca_technique_images_file(uint32_t index, char name[CA_TECHNIQUE_FILE_SIZE]);
 
 /* Writes DIRECTORY/<technique>_s<s>_t<t>_{unweighted,weighted,weight}.exr for every technique that found anything,
  * each divided by `passes`; the weight picture is weighted over unweighted luminance, 0 where nothing was found. The

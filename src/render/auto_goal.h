@@ -32,11 +32,11 @@ static inline double ca_auto_work_end(const ca_auto_goal *goal)
     return goal->seconds > 0.0 ? goal->seconds : (double)INFINITY;
 }
 
-/* Must the render end, even if its work is not done: stopped, out of time, or at its noise target? */
+/* Must the render end, even if its work is not done: stopped, out of time, at its noise target, or given up? */
 static inline bool ca_auto_is_over(const ca_auto_goal *goal, const ca_auto_progress *progress)
 {
     return progress->stopped || (goal->seconds > 0.0 && progress->seconds >= goal->seconds) ||
-           ca_noise_looks_reached(&progress->looks);
+           ca_noise_looks_over(&progress->looks);
 }
 
 /* A limit of a render that goes on: what is done stays done, and counts as it would have with the limit before. 0:

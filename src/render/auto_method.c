@@ -23,10 +23,6 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 #define MOST_SECONDS 5.0
 #define USUAL_RENDER_SECONDS 25.0
 
-/* Light is lost by a method if it is in a render of so many camera paths, at least: what a shorter one has too few
- * samples of is noise. */
-#define CAMERA_PATHS_TO_LOSE 0x1p20
-
 /* A pixel's error counts over its squared luminance plus this, as in relMSE (metrics/compare.h). */
 #define LEAST_SQUARE 0.01
 
@@ -84,8 +80,7 @@ static ca_status run_light_pilot(chooser *c, ca_error *error)
         CA_TRY(ca_method_configure(&methods[m], plan, NULL, &input, error));
         ca_integrator_counts(methods[m].type, &input, &counts[m]);
     }
-    c->passes = fmax(ca_render_plan_expected_passes(plan),
-                     ceil(CAMERA_PATHS_TO_LOSE / (ca_render_plan_pixels(plan) * plan->camera_paths)));
+    c->passes = ca_light_pilot_passes(plan, ca_render_plan_expected_passes(plan));
     CA_TRY(ca_light_pilot_run(&c->pilot, plan, counts, WITHOUT_MERGES, c->passes, error));
     for (int m = 0; m < WITHOUT_MERGES; m++) {
         const ca_batch_ratio lost = ca_lost_light(c->pilot.samples[m], c->pilot.count);
@@ -434,8 +429,8 @@ static void write_reason(chooser *c, uint32_t best)
     write_method(&m->trials[best], method, sizeof method);
     const double percent = 100.0 * c->lost;
     if (c->loses[BDPT])
-        snprintf(why, sizeof why, ", since only merges find about %.*f %% of the light", percent < 9.95 ? 1 : 0,
-                 percent);
+        snprintf(why, sizeof why, ", since only merges find about %.*g %% of the light", percent < 99.5 ? 2 : 3,
+                 percent); /* that of a small part of the picture may be 0.01 % */
     else if (isfinite(gain) && gain > 0.0)
         snprintf(why, sizeof why, ", %.2f times as efficient as %s", gain, c->methods[other].type->name);
     snprintf(m->reason, sizeof m->reason, "auto: %s%s (%u tried in %.1f s)", method, why, c->count, m->seconds);

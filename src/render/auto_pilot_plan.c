@@ -135,7 +135,7 @@ bool ca_pilot_is_long_enough(const ca_auto_goal *goal, const ca_auto_progress *p
 {
     if (progress->stopped) return true;
     if (iterations < LEAST_ITERATIONS) return false;
-    if (ca_noise_looks_reached(&progress->looks)) return true;
+    if (ca_noise_looks_over(&progress->looks)) return true;
     if (goal->samples > 0.0) return progress->camera_paths >= share_of_samples * goal->samples;
     return progress->seconds >= pilot_seconds(goal);
 }

@@ -73,7 +73,7 @@ static void predict(ca_auto_rays *a, const ca_auto_prediction *prediction, step_
 {
     const double noise = ca_auto_look(a), iterations = ca_pilot_worth(&a->ramp, &a->ordinary) + a->render_iterations;
     ca_noise_looks *looks = &a->progress.looks;
-    if (ca_noise_looks_reached(looks)) return; /* no time is left to predict */
+    if (ca_noise_looks_over(looks)) return; /* no time is left to predict */
     memory->passes_before = ca_auto_passes_so_far(prediction->relative_variance, looks->noise, iterations);
     ca_noise_looks_take(looks, memory->passes_before, noise, a->progress.seconds, prediction->seconds);
 }
@@ -257,6 +257,13 @@ static ca_status tell_of_checkpoint(const ca_auto_rays *a, ca_status status, ca_
     return checkpoint->status;
 }
 
+static ca_noise_looks start_looks(const ca_render_plan *plan)
+{
+    const double pixels = ca_render_plan_pixels(plan);
+    return ca_noise_looks_start(plan->settings->noise_percent, 0.0,
+                                ca_noise_looks_patience(pixels, plan->scene->light_count > 0));
+}
+
 ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *observer, ca_image_layers **image,
                               ca_render_statistics *statistics, ca_error *error)
 {
@@ -265,7 +272,7 @@ ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *obse
         .plan = plan,
         .observer = observer,
         .frame = frame_of(plan),
-        .progress.looks = ca_noise_looks_start(plan->settings->noise_percent, 0.0),
+        .progress.looks = start_looks(plan),
         .start = ca_clock_seconds() - plan->method.seconds, /* the method's choice is a part of the render */
         .predicted_gain = unknown,
         .costs = {.iteration = unknown, .light_path = unknown, .camera_path = unknown, .candidate = unknown},

@@ -43,7 +43,9 @@ static double noise_of(ca_auto_rays *a, ca_joined_sums sums)
     const bool known = sums.luminance > 0.0;
     const double noise =
         known ? 100.0 * sqrt(sums.variance * (double)ca_auto_pixels(a)) / sums.luminance : (double)NAN;
-    a->progress.looks.noise = known ? noise : -1.0;
+    ca_noise_looks *looks = &a->progress.looks;
+    looks->noise = known ? noise : -1.0;
+    looks->given_up = !known && looks->target > 0.0 && a->progress.camera_paths >= looks->patience;
     a->look_iterations = a->iterations;
     a->look_seconds = a->progress.seconds;
     return noise;

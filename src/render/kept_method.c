@@ -38,7 +38,7 @@ ca_status ca_kept_method_use(const char *lines, const char *settings, const char
     ca_method_statistics *method = &plan->method;
     char seconds[64];
     CA_TRY(ca_checkpoint_compare(path, asked ? asked : settings, plan->asked, error));
-    CA_TRY(ca_pass_settings_use(settings, plan, error));
+    CA_TRY(ca_pass_settings_use(settings, path, plan, error));
     ca_part_settings_find(lines, "method_reason", method->reason, sizeof method->reason);
     if (ca_part_settings_find(lines, "method_seconds", seconds, sizeof seconds) &&
         !ca_parse_double(seconds, &method->seconds))

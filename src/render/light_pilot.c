@@ -13,6 +13,9 @@ enum { GROUP = 256, FIRST_GROUP = 4, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
 #define CAMERA_INDEX UINT32_C(0xf0000000)
 #define LIGHT_NUMBER (UINT64_C(1) << 61)
 
+/* Light is lost by a method if it is in a render of so many camera paths, at least. */
+#define CAMERA_PATHS_TO_LOSE 0x1p20
+
 /* The merge radius is a part of the picture's side, and a smaller one where a batch has too many merges: where a lens
  * or a mirror lets all of the picture see a place of that size, in the light. */
 enum { RADII_OF_SIDE = 64, SMALLER = 4, SMALLEST = 1 << 20, BATCH_MERGES = 1 << 16 };
@@ -259,4 +262,9 @@ void ca_light_pilot_destroy(ca_light_pilot *pilot)
         pilot->capacity[m] = 0;
     }
     pilot->count = 0;
+}
+
+double ca_light_pilot_passes(const ca_render_plan *plan, double passes)
+{
+    return fmax(passes, ceil(CAMERA_PATHS_TO_LOSE / (ca_render_plan_pixels(plan) * plan->camera_paths)));
 }

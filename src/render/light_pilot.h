@@ -47,4 +47,8 @@ ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, 
                              uint32_t methods, double iterations, ca_error *error);
 void ca_light_pilot_destroy(ca_light_pilot *pilot);
 
+/* Of so many passes, as many as lost light is judged by: at least those of 2^20 camera paths. A picture of few paths
+ * lacks light that is only noise: more of the same would find it. */
+double ca_light_pilot_passes(const ca_render_plan *plan, double passes);
+
 #endif

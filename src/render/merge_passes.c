@@ -232,31 +232,29 @@ static void fill_statistics(const merge *m, ca_render_statistics *statistics)
 }
 
 /* The plan of the render, as far as the settings tell it. */
-static ca_status plan_of(const merge *m, ca_render_plan *plan, ca_error *error)
+static ca_status make_plan(const merge *m, ca_render_plan *plan, ca_error *error)
 {
     char sampler[64];
     *plan = (ca_render_plan){.passes_per_replicate = m->film_desc.replicate_samples};
-    CA_TRY(ca_pass_settings_use(m->sum.settings, plan, error));
+    CA_TRY(ca_pass_settings_use(m->sum.settings, m->first_path, plan, error));
     ca_part_settings_find(m->sum.settings, "sampler", sampler, sizeof sampler);
     if (ca_sampler_find(sampler, &plan->sampler.kind)) return CA_OK;
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: its sampler is not known", m->first_path);
 }
 
-static ca_status attach_record(const merge *m, const ca_render_statistics *statistics, ca_image_layers *image,
-                               ca_error *error)
+static ca_status attach_record(const merge *m, const ca_render_plan *plan, const ca_render_statistics *statistics,
+                               ca_image_layers *image, ca_error *error)
 {
     char version[64], integrator[1024], confidence[256], filter[64];
-    ca_render_plan plan;
-    CA_TRY(plan_of(m, &plan, error));
     ca_part_settings_find(m->sum.settings, "version", version, sizeof version);
     ca_part_settings_find(m->sum.settings, "filter", filter, sizeof filter);
-    ca_integrator_describe(plan.type, &plan.input, integrator, sizeof integrator);
-    ca_replicates_describe(&plan, (uint32_t)statistics->iterations, confidence, sizeof confidence);
+    ca_integrator_describe(plan->type, &plan->input, integrator, sizeof integrator);
+    ca_replicates_describe(plan, (uint32_t)statistics->iterations, confidence, sizeof confidence);
     const ca_render_record record = {
         .version = version,
         .scene = m->sum.scene_path[0] ? m->sum.scene_path : NULL,
         .integrator = integrator,
-        .sampler = ca_sampler_name(plan.sampler.kind),
+        .sampler = ca_sampler_name(plan->sampler.kind),
         .filter = filter,
         .confidence = confidence,
         .seed = (double)statistics->seed,
@@ -267,11 +265,12 @@ static ca_status attach_record(const merge *m, const ca_render_statistics *stati
     return ca_render_record_attach(&record, image, error);
 }
 
-static ca_status develop(const merge *m, ca_render_statistics *statistics, ca_image_layers **image, ca_error *error)
+static ca_status develop(const merge *m, const ca_render_plan *plan, ca_render_statistics *statistics,
+                         ca_image_layers **image, ca_error *error)
 {
     CA_TRY(ca_film_develop(&m->film, ca_processors(), image, error));
     const ca_ray_file rays = rays_of(m);
-    ca_status status = attach_record(m, statistics, *image, error);
+    ca_status status = attach_record(m, plan, statistics, *image, error);
     if (status == CA_OK && rays.light_paths > 0)
         status = ca_ray_file_add_layers(&rays, (uint32_t)statistics->iterations, *image, error);
     if (status == CA_OK) {
@@ -288,10 +287,12 @@ static ca_status develop(const merge *m, ca_render_statistics *statistics, ca_im
 static ca_status use_sum(const merge *m, const char *part_path, ca_image_layers **image,
                          ca_render_statistics *statistics, ca_error *error)
 {
+    ca_render_plan plan;
+    CA_TRY(make_plan(m, &plan, error));
     const ca_status written = part_path ? ca_pass_part_write(&m->sum, &m->film, part_path, error) : CA_OK;
     fill_statistics(m, statistics);
     if (!image || (written != CA_OK && written != CA_ERROR_FILE)) return written;
-    const ca_status developed = develop(m, statistics, image, written == CA_OK ? error : NULL);
+    const ca_status developed = develop(m, &plan, statistics, image, written == CA_OK ? error : NULL);
     return written == CA_OK ? developed : written;
 }
 

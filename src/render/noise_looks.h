@@ -7,6 +7,9 @@
  * missed its rare bright paths. The look at the predicted number of passes keeps the render from running on to the
  * next doubling, up to twice as long as needed.
  *
+ * A picture that stays black has no noise, and never reaches a target: it is given up at the first look after so many
+ * passes as the render has patience for (ca_noise_looks_patience).
+ *
  * Passes are real numbers: renders whose iterations differ count them by their precision. */
 #ifndef CA_RENDER_NOISE_LOOKS_H
 #define CA_RENDER_NOISE_LOOKS_H
@@ -14,15 +17,21 @@
 #include <stdbool.h>
 
 typedef struct ca_noise_looks {
-    double target; /* percent; 0: none */
-    double next;   /* passes at the next look */
-    double noise;  /* percent, at the last look; negative: not known */
+    double target;   /* percent; 0: none */
+    double patience; /* passes without light after which the render is given up */
+    bool given_up;   /* at the last look */
+    double next;     /* passes at the next look */
+    double noise;    /* percent, at the last look; negative: not known */
     double seconds_predicted;                           /* of the whole render; 0: not known */
     double first_predicted_seconds, first_predicted_at; /* the first prediction, and when it was made; 0: none yet */
 } ca_noise_looks;
 
-/* `first`: passes at the first look. */
-ca_noise_looks ca_noise_looks_start(double target, double first);
+/* `first`: passes at the first look; patience >= first. */
+ca_noise_looks ca_noise_looks_start(double target, double first, double patience);
+
+/* Samples of each of so many pixels after which a black picture is given up: where there is light they are 2^24, but
+ * at least 64 of a pixel and at most 4096; where there is none, none. */
+double ca_noise_looks_patience(double pixels, bool has_light);
 
 static inline bool ca_noise_looks_due(const ca_noise_looks *looks, double passes) { return passes >= looks->next; }
 
@@ -30,10 +39,19 @@ static inline bool ca_noise_looks_due(const ca_noise_looks *looks, double passes
  * `seconds_per_pass`. */
 void ca_noise_looks_take(ca_noise_looks *looks, double passes, double noise, double seconds, double seconds_per_pass);
 
+/* What a render that goes on knows of its last look. */
+void ca_noise_looks_recall(ca_noise_looks *looks, double noise, double next);
+
 /* Was the target reached at the last look? */
 static inline bool ca_noise_looks_reached(const ca_noise_looks *looks)
 {
     return looks->target > 0.0 && looks->noise >= 0.0 && looks->noise < looks->target;
+}
+
+/* Does the last look end the render? */
+static inline bool ca_noise_looks_over(const ca_noise_looks *looks)
+{
+    return ca_noise_looks_reached(looks) || looks->given_up;
 }
 
 #endif

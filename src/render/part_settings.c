@@ -116,18 +116,33 @@ static bool is_value(const ca_parameter_spec *spec, double value)
            (spec->kind == CA_SPEC_REAL || value == floor(value));
 }
 
-ca_status ca_pass_settings_use(const char *text, ca_render_plan *plan, ca_error *error)
+static ca_status fail_settings(const char *text, const char *path, const char *name, ca_error *error)
+{
+    char version[64];
+    ca_part_settings_find(text, "version", version, sizeof version);
+    return ca_fail(error, CA_ERROR_FORMAT, NULL,
+                   "%s: what it tells of the setting \"%s\" makes no sense to this version of Caustica, %s (the file "
+                   "is of version %s)",
+                   path, name, ca_version(), version[0] ? version : "unknown");
+}
+
+ca_status ca_pass_settings_use(const char *text, const char *path, ca_render_plan *plan, ca_error *error)
 {
     char name[64], word[64];
+    double samples = 0.0;
     const ca_integrator_type *type = NULL;
     bool good = ca_part_settings_find(text, "integrator", name, sizeof name);
     if (good) type = ca_integrator_of(name);
     good = type && !ca_integrator_has(type, CA_ABILITY_CHOOSES) && !type->begin_block;
-    for (int i = 0; good && type->parameters[i].name; i++) {
+    if (!good) return fail_settings(text, path, "integrator", error);
+    for (int i = 0; type->parameters[i].name; i++) {
         good = ca_part_settings_find(text, type->parameters[i].name, word, sizeof word) &&
                ca_parse_double(word, &plan->input.values[i]) && is_value(&type->parameters[i], plan->input.values[i]);
+        if (!good) return fail_settings(text, path, type->parameters[i].name, error);
     }
-    if (!good) return ca_fail(error, CA_ERROR_FORMAT, NULL, "the settings of this part file make no sense");
+    good = ca_part_settings_find(text, "samples_per_pass", word, sizeof word) && ca_parse_double(word, &samples) &&
+           samples > 0.0 && isfinite(samples);
+    if (!good) return fail_settings(text, path, "samples_per_pass", error);
     plan->type = type;
     return CA_OK;
 }
@@ -191,7 +206,7 @@ ca_status ca_pass_settings_share(const ca_ranks *ranks, ca_render_plan *plan, ca
     share_text(ranks, own, text);
     ca_free(own);
     if (ranks->rank == 0) return made;
-    return text[0] ? ca_pass_settings_use(text, plan, error) : CA_OK; /* "": rank 0 failed */
+    return text[0] ? ca_pass_settings_use(text, "rank 0", plan, error) : CA_OK; /* "": rank 0 failed */
 }
 
 static ca_status compare_with_first(const char *first, const char *own, ca_error *error)

@@ -79,10 +79,11 @@ static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan
     if (plan->rays != CA_RAYS_OF_SETTINGS) return CA_OK; /* which numbers they are, the plan does not know */
     if (!ca_integrator_counts(plan->type, &plan->input, &counts)) return CA_OK;
     const double iterations = ca_render_plan_expected_passes(plan);
+    const double to_lose = ca_light_pilot_passes(plan, iterations);
     const double alpha = ca_integrator_value(plan->type, &plan->input, "alpha", 0.0);
     counts.merge_area *= (float)ca_progressive_mean_area(alpha, iterations);
     ca_light_pilot pilot;
-    CA_TRY(ca_light_pilot_run(&pilot, plan, &counts, 1, iterations, error));
+    CA_TRY(ca_light_pilot_run(&pilot, plan, &counts, 1, to_lose, error));
     preflight->camera_paths = pilot.counters.camera_paths;
     preflight->light_paths = pilot.counters.light_paths;
     preflight->rays = pilot.counters.rays;

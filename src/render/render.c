@@ -116,7 +116,7 @@ static bool should_stop(const render *r)
     const ca_render_settings *settings = r->plan->settings;
     if (r->passes >= passes_planned(r->plan)) return true;
     if (settings->seconds > 0.0 && r->seconds >= settings->seconds) return true;
-    return ca_noise_looks_reached(&r->looks);
+    return ca_noise_looks_over(&r->looks);
 }
 
 static void look(render *r)
@@ -214,8 +214,7 @@ static void resume(render *r)
     r->passes = r->kept.resumed;
     r->start -= r->kept.seconds;
     r->seconds = r->kept.seconds;
-    r->looks.noise = before->noise;
-    r->looks.next = before->next;
+    ca_noise_looks_recall(&r->looks, before->noise, before->next);
     if (before->target != r->looks.target && r->looks.target > 0.0) look(r);
 }
 
@@ -252,7 +251,7 @@ static ca_status look_at_all(render *r, ca_error *error)
 {
     CA_TRY(gather(r, error));
     look(r);
-    if (!ca_noise_looks_reached(&r->looks)) ca_rank_work_go_on(&r->work, next_look(r));
+    if (!ca_noise_looks_over(&r->looks)) ca_rank_work_go_on(&r->work, next_look(r));
     return CA_OK;
 }
 
@@ -274,7 +273,7 @@ static ca_status make_some(render *r, bool *over, ca_error *error)
     *over = work->next < work->look;
     if (*over) return CA_OK;
     CA_TRY(look_at_all(r, error));
-    *over = ca_noise_looks_reached(&r->looks);
+    *over = ca_noise_looks_over(&r->looks);
     return CA_OK;
 }
 
@@ -285,7 +284,7 @@ static uint32_t passes_together(const render *r) { return ca_max_u32(1, ca_repli
 static ca_status lead_passes(render *r, ca_error *error)
 {
     ca_rank_work *work = &r->work;
-    bool over = ca_noise_looks_reached(&r->looks);
+    bool over = ca_noise_looks_over(&r->looks);
     ca_status status = CA_OK;
     work->look = next_look(r);
     work->run = passes_together(r);
@@ -303,11 +302,19 @@ static ca_status lead_passes(render *r, ca_error *error)
     return status;
 }
 
+static ca_noise_looks start_looks(const ca_render_plan *plan)
+{
+    const double pixels = ca_render_plan_pixels(plan);
+    const double samples = ca_noise_looks_patience(pixels, plan->scene->light_count > 0);
+    return ca_noise_looks_start(plan->settings->noise_percent, FIRST_NOISE_PASS,
+                                fmax(FIRST_NOISE_PASS, samples / plan->samples_per_pass));
+}
+
 /* The passes before one that was not made whole stay: they are the image, and are kept. */
 static ca_status run_passes(render *r, ca_error *error)
 {
     r->start = ca_clock_seconds();
-    r->looks = ca_noise_looks_start(r->plan->settings->noise_percent, FIRST_NOISE_PASS);
+    r->looks = start_looks(r->plan);
     if (r->kept.resumed > 0)
         resume(r);
     else
