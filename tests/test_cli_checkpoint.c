@@ -119,13 +119,13 @@ static void test_names_by_itself(void **state)
     assert_true(hash_of(state, "a.exr") == three);
 }
 
-/* A render that ends leaves the checkpoint of one that began a second later and is at work, though both have one name
- * for theirs. */
+/* A render that ends after four seconds leaves the checkpoint of one that began a second later and is at work, though
+ * both have one name for theirs. It is written two seconds after that, and not again before it is looked for. */
 static void test_of_another_render(void **state)
 {
-    static const char *const first[] = {"render", "ball.xml", "--time=2.5", "--quiet", "-o", "k.exr", NULL},
+    static const char *const first[] = {"render", "ball.xml", "--time=4", "--quiet", "-o", "k.exr", NULL},
                              *const second[] = {"render", "ball.xml", "--spp=1000000", "--quiet",
-                                                "-o",     "k.exr",    "--checkpoint-every=0.001", NULL};
+                                                "-o",     "k.exr",    "--checkpoint-every=2", NULL};
     ca_program_result r;
     const struct timespec second_later = {.tv_sec = 1};
     const pid_t ends = ca_program_start(*state, first, -1);

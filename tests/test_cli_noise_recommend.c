@@ -50,8 +50,8 @@ static void test_sensors(void **state)
 {
     ca_program_result r;
     write_text(folder_of(state), "two.xml",
-               ROOM_TEXT("<sensor type=\"perspective\" id=\"the side\"><transform name=\"to_world\"><lookat "
-                         "origin=\"0,3,6\" target=\"0,0.5,0\" up=\"0,1,0\"/></transform><film type=\"hdrfilm\">"
+               ROOM_TEXT("<sensor type=\"perspective\"/><sensor type=\"perspective\" id=\"the side\">"
+                         "<transform name=\"to_world\"><lookat origin=\"0,3,6\" target=\"0,0.5,0\" up=\"0,1,0\"/></transform><film type=\"hdrfilm\">"
                          "<integer name=\"width\" value=\"5\"/><integer name=\"height\" value=\"4\"/></film>"
                          "</sensor>\n",
                          "independent", "1", "40"));
@@ -59,13 +59,13 @@ static void test_sensors(void **state)
     assert_exit(&r, 0);
     assert_says(r.output, "3 camera paths per pixel, 20 pixels");
     assert_says(r.output, "\nnext: caustica render two.xml -i bdpm --camera 'the side' --radius 0.5 ");
-    RUN(&r, "noise", "two.xml", "--radius=0.5", COUNTS(60, 3, 4), "--sensor=1");
+    RUN(&r, "noise", "two.xml", "--radius=0.5", COUNTS(60, 3, 4), "--sensor=2");
     assert_exit(&r, 0);
     assert_says(r.output, "3 camera paths per pixel, 96 pixels");
-    assert_says(r.output, "\nnext: caustica render two.xml -i bdpm --sensor 1 --radius 0.5 ");
-    RUN(&r, "noise", "two.xml", "--sensor=2");
+    assert_says(r.output, "\nnext: caustica render two.xml -i bdpm --sensor 2 --radius 0.5 ");
+    RUN(&r, "noise", "two.xml", "--sensor=3");
     assert_exit(&r, 2);
-    assert_says(r.errors, "there is no sensor 2");
+    assert_says(r.errors, "there is no sensor 3");
 }
 
 /* Nothing but the scene. */
