@@ -51,8 +51,9 @@ static void test_sensors(void **state)
     ca_program_result r;
     write_text(folder_of(state), "two.xml",
                ROOM_TEXT("<sensor type=\"perspective\"/><sensor type=\"perspective\" id=\"the side\">"
-                         "<transform name=\"to_world\"><lookat origin=\"0,3,6\" target=\"0,0.5,0\" up=\"0,1,0\"/></transform><film type=\"hdrfilm\">"
-                         "<integer name=\"width\" value=\"5\"/><integer name=\"height\" value=\"4\"/></film>"
+                         "<transform name=\"to_world\"><lookat origin=\"0,3,6\" target=\"0,0.5,0\" "
+                         "up=\"0,1,0\"/></transform><film type=\"hdrfilm\"><integer name=\"width\" value=\"5\"/>"
+                         "<integer name=\"height\" value=\"4\"/></film>"
                          "</sensor>\n",
                          "independent", "1", "40"));
     RUN(&r, "noise", "two.xml", "--radius=0.5", COUNTS(60, 3, 4), "--camera=the side");
