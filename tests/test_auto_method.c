@@ -139,6 +139,19 @@ static void test_configure(void **state)
     const ca_method bdpm = {.type = &ca_integrator_bdpm};
     assert_int_equal(ca_method_configure(&bdpm, &plan, &radii, &input, NULL), CA_OK);
     assert_true(ca_integrator_value(bdpm.type, &input, "radius", 0.0) == 0.5);
+
+    /* Where numbers of rays are chosen, too, the radius does not shrink: it is looked for as it will be. */
+    ca_method_radii found, fixed;
+    settings.integrator = "auto:max_depth=7,alpha=0";
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_find_radius(&plan, true, &fixed, NULL), CA_OK);
+    settings.integrator = "auto:max_depth=7";
+    settings.rays = "auto";
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_configure(&bdpm, &plan, &radii, &input, NULL), CA_OK);
+    assert_true(ca_integrator_value(bdpm.type, &input, "alpha", 1.0) == 0.0);
+    assert_int_equal(ca_method_find_radius(&plan, true, &found, NULL), CA_OK);
+    assert_true(found.photons_alone == fixed.photons_alone);
     ca_scene_release(scene);
 }
 
@@ -428,6 +441,87 @@ static void test_rays(void **state)
     ca_scene_release(scene);
 }
 
+/* A method without such a number has one camera path of a pixel in a pass, whatever was asked of `auto`. */
+static void test_camera_paths(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene(); /* that of `path` */
+    ca_render_settings settings = auto_settings("auto", 24);
+    settings.camera_paths = 4;
+    ca_image_layers *image = NULL;
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
+    const bool by_path = strncmp(statistics.method.reason, "auto: path", 10) == 0;
+    print_message("%s\n", statistics.method.reason);
+    assert_true(statistics.samples_per_pixel == 24.0 && statistics.iterations == (by_path ? 24 : 6));
+    const uint64_t hash = image_hash(image);
+    settings = auto_settings(attribute_text(image, "caustica.integrator"), 24);
+    ca_image_layers *named = render_scene(scene, &settings);
+    assert_true(image_hash(named) == hash);
+    ca_image_release(named);
+    ca_image_release(image);
+    settings = auto_settings("auto", 24);
+    settings.camera_paths = 4; /* which ppm cannot have: it is not tried */
+    settings.rays = "auto";
+    assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
+    for (uint32_t i = 0; i < statistics.method.trial_count; i++)
+        assert_string_not_equal(statistics.method.trials[i].name, "ppm");
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+/* A render that is too short for numbers of rays to be chosen has another film than was planned. */
+static void test_memory_without_rays(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    ca_render_settings settings = auto_settings("auto", 2);
+    settings.rays = "auto";
+    settings.width = settings.height = 512;
+    settings.memory_mib = 70.0; /* 192 bytes a pixel are 48, 300 bytes 75 */
+    ca_image_layers *image = NULL;
+    ca_error error = {""};
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    if (!strstr(error.message, "the film alone needs 75.0 MiB")) fail_msg("%s", error.message);
+    assert_null(image);
+    ca_scene_release(scene);
+}
+
+/* Cells of one pixel have paths of their own. */
+static void test_trial_of_a_small_part(void **state)
+{
+    (void)state;
+    ca_scene *scene = bundled_scene("cornell-box/cornell-box");
+    ca_render_settings settings = auto_settings("auto:radius=1", 1);
+    settings.width = settings.height = 1024;
+    settings.has_crop = true;
+    const uint32_t crop[4] = {300, 600, 364, 664};
+    memcpy(settings.crop, crop, sizeof crop);
+    ca_render_plan plan;
+    ca_method_trial trial;
+    ca_error error;
+    const ca_method method = {.type = &ca_integrator_bdpm, .light_paths_log4 = 1};
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
+    assert_int_equal(ca_method_trial_create(&trial, &plan, &method, NULL, NULL, &error), CA_OK);
+    const size_t cells = ca_trial_cell_count(&trial.cells);
+    assert_true(ca_render_plan_pixels(&trial.plan) < 0.5 * (double)cells);
+    for (int i = 0; i < 2; i++) assert_int_equal(ca_method_trial_run(&trial, &error), CA_OK);
+    size_t alike = 0, compared = 0;
+    for (size_t i = 1; i < 2 * cells; i++) {
+        if (trial.samples[i] == 0.0f) continue;
+        compared++;
+        for (size_t k = 0; k < i; k++)
+            if (trial.samples[k] == trial.samples[i]) {
+                alike++;
+                break;
+            }
+    }
+    print_message("%zu of %zu samples are equal to another one\n", alike, compared);
+    assert_true(compared > cells && alike < compared / 20);
+    ca_method_trial_destroy(&trial);
+    ca_scene_release(scene);
+}
+
 typedef struct listener {
     uint32_t calls, end_at, told_before_choice;
     bool told;
@@ -507,6 +601,9 @@ int main(void)
         cmocka_unit_test(test_default),
         cmocka_unit_test(test_choice_of_a_file),
         cmocka_unit_test(test_rays),
+        cmocka_unit_test(test_camera_paths),
+        cmocka_unit_test(test_memory_without_rays),
+        cmocka_unit_test(test_trial_of_a_small_part),
         cmocka_unit_test(test_progress),
         cmocka_unit_test(test_unsupported_methods),
         cmocka_unit_test(test_check),

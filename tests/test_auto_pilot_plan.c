@@ -86,6 +86,25 @@ static void test_numbers(void **state)
     }
 }
 
+/* The seconds in which a method was chosen are none of the pilot's. */
+static void test_choosing(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof numbers_cases / sizeof numbers_cases[0]; i++) {
+        ca_pilot_situation s = situation_of(&numbers_cases[i]);
+        const ca_pilot_decision d = ca_pilot_decide(&s);
+        s.goal.choosing = 7.0;
+        s.progress.seconds += 7.0;
+        const ca_pilot_decision later = ca_pilot_decide(&s);
+        assert_true(d.step == later.step && d.numbers.light_paths == later.numbers.light_paths &&
+                    d.numbers.camera_paths == later.numbers.camera_paths);
+    }
+    const ca_auto_goal goal = {.seconds = 100.0, .choosing = 3.0};
+    const ca_auto_progress before = progress_of(8.9, 0.0, -1.0, 0.0), behind = progress_of(9.1, 0.0, -1.0, 0.0);
+    assert_false(ca_pilot_is_long_enough(&goal, &before, 64));
+    assert_true(ca_pilot_is_long_enough(&goal, &behind, 64));
+}
+
 static void test_stopped(void **state)
 {
     (void)state;
@@ -145,10 +164,10 @@ static void test_end(void **state)
         {"not yet", {.seconds = 10}, 0.59, 9, -1, 0, false, 60, false},
         {"an eighth of the samples", {.samples = 80}, 0.1, 10, -1, 0, false, 6, true},
         {"not yet an eighth", {.samples = 80}, 100, 9.9, -1, 0, false, 6, false},
-        {"two seconds", {0, 0}, 2, 9, 5, 1, false, 6, true},
-        {"not yet two", {0, 0}, 1.9, 9, 5, 1, false, 6, false},
-        {"the target", {0, 0}, 0.1, 9, 0.9, 1, false, 6, true},
-        {"the target, too few iterations", {0, 0}, 0.1, 9, 0.9, 1, false, 4, false},
+        {"two seconds", {0, 0, 0}, 2, 9, 5, 1, false, 6, true},
+        {"not yet two", {0, 0, 0}, 1.9, 9, 5, 1, false, 6, false},
+        {"the target", {0, 0, 0}, 0.1, 9, 0.9, 1, false, 6, true},
+        {"the target, too few iterations", {0, 0, 0}, 0.1, 9, 0.9, 1, false, 4, false},
         {"stopped", {.seconds = 10}, 0.1, 9, -1, 0, true, 2, true},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
@@ -180,6 +199,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_numbers), cmocka_unit_test(test_stopped),
                                        cmocka_unit_test(test_groups),  cmocka_unit_test(test_roles),
-                                       cmocka_unit_test(test_end),     cmocka_unit_test(test_weight)};
+                                       cmocka_unit_test(test_end),     cmocka_unit_test(test_weight),
+                                       cmocka_unit_test(test_choosing)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -559,6 +559,37 @@ static void test_memory_limit(void **state)
     ca_scene_release(scene);
 }
 
+/* What is said to fit does so where pairs are measured, too. */
+static void test_fits_with_pairs(void **state)
+{
+    (void)state;
+    ca_scene *scene = auto_bias_scene();
+    ca_render_settings settings = settings_auto(32);
+    settings.memory_mib = 4.0;
+    uint32_t fitting = 0, others = 0, paths = 1024;
+    for (; paths < 1u << 20; paths += paths / 64) {
+        ca_render_plan plan;
+        ca_error error;
+        bool fits;
+        void *integrator;
+        assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
+        assert_int_equal(ca_render_plan_fits(&plan, paths, &fits, &error), CA_OK);
+        others += !fits;
+        if (!fits) continue;
+        ca_pair_film pairs = {.x0 = plan.crop[0], .y0 = plan.crop[1], .light_paths = paths};
+        pairs.width = plan.crop[2] - plan.crop[0];
+        pairs.height = plan.crop[3] - plan.crop[1];
+        plan.input.pairs = &pairs;
+        const ca_status status = plan.type->create(&plan.input, &integrator, &error);
+        if (status != CA_OK) fail_msg("%u light paths: %s", paths, error.message);
+        plan.type->destroy(integrator);
+        fitting++;
+    }
+    print_message("    %u numbers of light paths fit, %u do not\n", fitting, others);
+    assert_true(fitting > 10 && others > 10);
+    ca_scene_release(scene);
+}
+
 static void test_memory_failures(void **state)
 {
     (void)state;
@@ -599,6 +630,7 @@ int main(void)
         cmocka_unit_test(test_error_bars),
         cmocka_unit_test(test_no_bias),
         cmocka_unit_test(test_memory_limit),
+        cmocka_unit_test(test_fits_with_pairs),
         cmocka_unit_test(test_memory_failures),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -392,6 +392,30 @@ static void is_noted(const char *sentence)
     if (!found || strcmp(found, sentence) != 0) fail_msg("the note is \"%s\"", desc.notes.items[0]);
 }
 
+static const char one_attribute[] =
+    "<scene version='3.0.0'><sensor type='perspective'/><shape type='ply'><string name='filename' value='%s'/>"
+    "<bsdf type='diffuse'><texture type='mesh_attribute' name='reflectance'><string name='name' value='%s'/>"
+    "</texture></bsdf></shape></scene>";
+
+/* A name that no mesh has is told. */
+static void attributes_of_meshes(void **state)
+{
+    (void)state;
+    import_write_text("grey.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                  "property float z\nproperty float r\nproperty float g\nproperty float b\n"
+                                  "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                                  "0 0 0 1 0 0\n1 0 0 0 1 0\n0 1 0 0 0 1\n3 0 1 2\n");
+    char text[1024];
+    snprintf(text, sizeof text, one_attribute, "grey.ply", "vertex_color");
+    import(text);
+    assert_int_equal(desc.notes.count, 0);
+    done();
+    snprintf(text, sizeof text, one_attribute, "grey.ply", "vertex_colour");
+    import(text);
+    is_noted("no mesh has the attribute of this texture: it is black");
+    done();
+}
+
 static void samplers_of_mitsuba(void **state)
 {
     (void)state;
@@ -1075,6 +1099,7 @@ int main(void)
         cmocka_unit_test(shared_parts_of_sensors),
         cmocka_unit_test(filters),
         cmocka_unit_test(integrator_parameters),
+        cmocka_unit_test(attributes_of_meshes),
         cmocka_unit_test(samplers_of_mitsuba),
         cmocka_unit_test(integrators_of_mitsuba),
         cmocka_unit_test(integrators_of_old_mitsuba),

@@ -304,16 +304,20 @@ static void skies_of_version_4(void **state)
 
 /* The intensity of a light at the origin towards d: a white plane at distance 2 across it has the radiance
  * I / (4 pi), seen from beside the light. */
-static double intensity_towards(const char *light, const double d[3])
+static double intensity_in(uint32_t version, const char *light, const double d[3])
 {
     char text[2048];
+    const bool old = version == 3;
     snprintf(text, sizeof text,
              "%sLookAt 0 0 0 %.9g %.9g %.9g %g %g %g\nCamera \"perspective\" \"float fov\" 0.01\nWorldBegin\n%s\n"
-             "CoordSysTransform \"camera\"\nMaterial \"diffuse\" \"rgb reflectance\" [1 1 1]\n"
-             "Translate 0 0 2 Shape \"disk\" \"float radius\" 0.1\n",
-             SIZE(8, 8), d[0], d[1], d[2], fabs(d[2]) > 0.9 ? 1.0 : 0.0, 0.0, fabs(d[2]) > 0.9 ? 0.0 : 1.0, light);
+             "CoordSysTransform \"camera\"\nMaterial %s [1 1 1]\n"
+             "Translate 0 0 2 Shape \"disk\" \"float radius\" 0.1\n%s",
+             SIZE(8, 8), d[0], d[1], d[2], fabs(d[2]) > 0.9 ? 1.0 : 0.0, 0.0, fabs(d[2]) > 0.9 ? 0.0 : 1.0, light,
+             old ? "\"matte\" \"rgb Kd\"" : "\"diffuse\" \"rgb reflectance\"", old ? "WorldEnd\n" : "");
     return mean_of(text, 0, 8, 0, 8).g * 4.0 * pi;
 }
+
+static double intensity_towards(const char *light, const double d[3]) { return intensity_in(4, light, d); }
 
 static void spots_fall_off(void **state)
 {
@@ -339,15 +343,23 @@ static void spots_fall_off(void **state)
     is_near(mean_of(text, 0, 1, 0, 1).g * 4.0 * pi, 5.0 * t * t * t * t, 1e-3);
 }
 
-/* The mean of the channels is (d.x + d.y + d.z + 3) / 6. */
+/* A diagram that is brighter to one side of its x, more so of its y and most of its z; the light's y is the map's
+ * z. */
 static void goniometric_lights(void **state)
 {
     (void)state;
-    write_directions("diagram.pfm");
+    static const double slopes[3] = {0.1, 0.4, 0.8};
+    float pixels[3 * SIDE * SIDE];
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        double d[3];
+        direction_of(2.0 * (i % SIDE + 0.5) / SIDE - 1.0, 2.0 * (i / SIDE + 0.5) / SIDE - 1.0, d);
+        for (int k = 0; k < 3; k++) pixels[3 * i + k] = (float)(1.0 + slopes[k] * d[k]);
+    }
+    write_pfm("diagram.pfm", SIDE, SIDE, pixels);
     for (size_t i = 0; i < DIRECTION_COUNT; i++) {
         double d[3];
         unit_direction(i, d);
-        const double expected = 3.0 * (d[0] + d[1] + d[2] + 3.0) / 6.0;
+        const double expected = 3.0 + slopes[0] * d[0] + slopes[1] * d[2] + slopes[2] * d[1];
         const double seen = intensity_towards("LightSource \"goniometric\" \"string filename\" \"diagram.pfm\" "
                                               "\"float scale\" 3\n",
                                               d);
@@ -355,24 +367,45 @@ static void goniometric_lights(void **state)
     }
 }
 
-/* The picture is an intensity, whatever the angle; its first row is below, where y is up: green is red's neighbour
- * along x, blue along y. */
+/* The picture is an intensity, whatever the angle. Where y is up its first row is above in version 4, below in
+ * version 3: green is red's neighbour along x, blue along y. */
 static void projections(void **state)
 {
     (void)state;
     static const float pixels[] = {3, 1, 3, 3, 2, 3, 3, 4, 3, 3, 8, 3}; /* green: 1 2 / 4 8 */
     static const char light[] = "LightSource \"projection\" \"string filename\" \"slide.pfm\" \"float fov\" 80\n";
+    static const char old_light[] = "LightSource \"projection\" \"string mapname\" \"slide.pfm\" \"float fov\" 80\n";
     write_pfm("slide.pfm", 2, 2, pixels);
-    const double places[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {-0.5, 0.5}, {0.5, 0.5}}, expected[4] = {1, 2, 4, 8};
+    const double places[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {-0.5, 0.5}, {0.5, 0.5}};
+    const double expected[4] = {4, 8, 1, 2}, old_expected[4] = {1, 2, 4, 8};
     for (int i = 0; i < 4; i++)
         for (int far = 0; far < 2; far++) {
             const double reach = far ? 1.5 * 0.8390996 : 0.5; /* near the edge, and nearer to the middle */
             const double x = places[i][0] * reach, y = places[i][1] * reach, length = sqrt(x * x + y * y + 1.0);
             const double d[3] = {x / length, y / length, 1.0 / length};
             is_near(intensity_towards(light, d), expected[i], 1e-2);
+            is_near(intensity_in(3, old_light, d), old_expected[i], 1e-2);
         }
     const double aside[3] = {0.8, 0.0, 0.6};
     is_near(intensity_towards(light, aside), 0.0, 1e-2);
+}
+
+/* The angle is that of the shorter side. */
+static void wide_projections(void **state)
+{
+    (void)state;
+    static const float pixels[] = {5, 5, 5, 5, 5, 5};
+    static const char light[] = "LightSource \"projection\" \"string filename\" \"wide.pfm\" \"float fov\" 60\n";
+    static const struct {
+        double x, y;
+        bool lit;
+    } places[] = {{0.0, 0.55, true}, {0.0, 0.6, false}, {1.1, 0.0, true}, {1.2, 0.0, false}, {-1.1, -0.5, true}};
+    write_pfm("wide.pfm", 2, 1, pixels);
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        const double x = places[i].x, y = places[i].y, length = sqrt(x * x + y * y + 1.0);
+        const double d[3] = {x / length, y / length, 1.0 / length};
+        is_near(intensity_towards(light, d), places[i].lit ? 5.0 : 0.0, 1e-2);
+    }
 }
 
 int main(void)
@@ -384,6 +417,7 @@ int main(void)
         cmocka_unit_test(lights_with_two_sides), cmocka_unit_test(skies_of_version_3),
         cmocka_unit_test(skies_of_version_4),    cmocka_unit_test(spots_fall_off),
         cmocka_unit_test(goniometric_lights),    cmocka_unit_test(projections),
+        cmocka_unit_test(wide_projections),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

@@ -65,6 +65,12 @@ typedef struct twin {
     BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='checkerboard' name='reflectance'>" SIX_BY_FOUR   \
          "<rgb name='color0' value='" color0 "'/><rgb name='color1' value='" color1 "'/></texture></bsdf></bsdf>")
 
+#define XML_MIX_BY(file)                                                                                             \
+    BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='mix' name='reflectance'>"                        \
+         "<rgb name='color0' value='.1 .1 .9'/><rgb name='color1' value='.9 .1 .1'/>"                                \
+         "<texture type='bitmap' name='weight'><string name='filename' value='" file                                 \
+         "'/></texture></texture></bsdf></bsdf>")
+
 #define XML_PICTURE(to_uv)                                                                                           \
     "<bsdf type='twosided'><bsdf type='diffuse'><texture type='scale' name='reflectance'>"                           \
     "<float name='scale' value='0.4'/><texture type='bitmap'><string name='filename' value='picture.pfm'/>" to_uv    \
@@ -301,26 +307,36 @@ static const twin new_materials[] = {
          BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='bitmap' name='reflectance'>"
               "<string name='filename' value='inverse.pfm'/></texture></bsdf></bsdf>"),
          1e-5),
-    NEAR("imagemap, inverted number", /* 1 - 0.4 v: the mix by 0.4 v of what is exchanged */
+    NEAR("imagemap, inverted number", /* 1 - 0.4 v, v the mean: the mix by 0.4 v of what is exchanged */
          "Texture \"w\" \"float\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 0.4\n"
          "\"bool invert\" true Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9]\n"
          "\"rgb tex2\" [.9 .1 .1] \"texture amount\" \"w\"\n" PBRT_TEXTURED,
          BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='mix' name='reflectance'>"
               "<rgb name='color0' value='.9 .1 .1'/><rgb name='color1' value='.1 .1 .9'/>"
               "<texture type='scale' name='weight'><float name='scale' value='0.4'/><texture type='bitmap'>"
-              "<string name='filename' value='picture.pfm'/></texture></texture></texture></bsdf></bsdf>"),
+              "<string name='filename' value='grey.pfm'/></texture></texture></texture></bsdf></bsdf>"),
          1e-5),
+    NEAR("number from alpha",
+         "Texture \"w\" \"float\" \"imagemap\" \"string filename\" \"leaf.exr\"\n"
+         "Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9]\n"
+         "\"rgb tex2\" [.9 .1 .1] \"texture amount\" \"w\"\n" PBRT_TEXTURED,
+         XML_MIX_BY("alpha.pfm"), 1e-6),
+    NEAR("number from colours", /* their mean, where alpha is 1 everywhere */
+         "Texture \"w\" \"float\" \"imagemap\" \"string filename\" \"opaque.exr\"\n"
+         "Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9]\n"
+         "\"rgb tex2\" [.9 .1 .1] \"texture amount\" \"w\"\n" PBRT_TEXTURED,
+         XML_MIX_BY("mean.pfm"), 1e-6),
     NEW("displacement",
         "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 0.1\n"
         "Material \"diffuse\" \"texture displacement\" \"t\"\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='bumpmap'><texture type='scale' name='height'>"
-             "<float name='scale' value='0.1'/><texture type='bitmap'><string name='filename' value='picture.pfm'/>"
+             "<float name='scale' value='0.1'/><texture type='bitmap'><string name='filename' value='grey.pfm'/>"
              "</texture></texture><bsdf type='diffuse'/></bsdf></bsdf>")),
     NEAR("negative displacement",
          "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" -0.1\n"
          "Material \"diffuse\" \"texture displacement\" \"t\"\n" PBRT_BALL,
          BALL("<bsdf type='twosided'><bsdf type='bumpmap'><float name='scale' value='-0.1'/>"
-              "<texture type='bitmap'><string name='filename' value='picture.pfm'/></texture><bsdf type='diffuse'/>"
+              "<texture type='bitmap'><string name='filename' value='grey.pfm'/></texture><bsdf type='diffuse'/>"
               "</bsdf></bsdf>"),
          1e-5),
     NEW("normalmap", "Material \"diffuse\" \"string normalmap\" \"picture.pfm\"\n" PBRT_BALL,
@@ -334,6 +350,14 @@ static const twin new_materials[] = {
 static const twin old_materials[] = {
     OLD("matte", "Material \"matte\" \"rgb Kd\" [.8 .2 .1]\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='.8 .2 .1'/></bsdf></bsdf>")),
+    OLD_NEAR("a colour times more than 1", /* picture.pfm has values up to 2 */
+             "Texture \"i\" \"color\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" .1\n"
+             "Texture \"s\" \"color\" \"scale\" \"rgb tex1\" [2 3 .5] \"texture tex2\" \"i\"\n"
+             "Material \"matte\" \"texture Kd\" \"s\"\n" PBRT_BALL,
+             BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='scale' name='reflectance'>"
+                  "<rgb name='scale' value='.2 .3 .05'/><texture type='bitmap'>"
+                  "<string name='filename' value='picture.pfm'/></texture></texture></bsdf></bsdf>"),
+             1e-5),
     OLD("matte, rough", "Material \"matte\" \"rgb Kd\" [.4 .2 .1] \"float sigma\" 20\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='roughdiffuse'>" PAINT
              "<float name='alpha' value='0.493653659795374'/><boolean name='use_fast_approx' value='true'/></bsdf>"
@@ -441,6 +465,12 @@ static const twin lights_and_cameras[] = {
                             "y='4'/></transform>" MATTE
                             "<emitter type='area'><rgb name='radiance' value='10 8 6'/></emitter></shape>"),
      0.0},
+    {"area light on nothing",
+     PLACE(OPTIONS, LAMP "AttributeBegin Material \"interface\" AreaLightSource \"diffuse\" \"rgb L\" [5 4 3]\n"
+                         "Translate 0 3 0 Shape \"sphere\" \"float radius\" 0.3 AttributeEnd\n"),
+     XML_PLACE(XML_OPTIONS, XML_LAMP "<shape type='sphere'><point name='center' x='0' y='3' z='0'/>"
+                                     "<float name='radius' value='0.3'/><bsdf type='null'/></shape>"),
+     1e-5},
     {"sky of version 3",
      OPTIONS "PixelFilter \"gaussian\"\nWorldBegin\nLightSource \"infinite\" \"string mapname\" \"sky.pfm\" "
              "\"rgb scale\" [2 1 1]\n" ROOM "WorldEnd\n",
@@ -517,12 +547,15 @@ static void write_two_by_two(const char *name, const float pixels[12])
     import_write(name, bytes, sizeof bytes);
 }
 
-/* 1 - 0.4 times picture.pfm, and 3 times it, at most 1. */
+/* 1 - 0.4 times picture.pfm; 3 times it, at most 1; the mean of its channels. */
 static void write_changed_pictures(void)
 {
     static const float inverse[12] = {1, 1, 0.6f, 0.2f, 0.2f, 0.2f, 0.6f, 1, 1, 1, 0.6f, 1};
     static const float cut[12] = {0, 0, 1, 1, 1, 1, 1, 0, 0, 0, 1, 0};
+    static const float third = 1.0f / 3.0f, grey[12] = {third, third, third, 2,     2,     2,
+                                                          third, third, third, third, third, third};
     write_two_by_two("inverse.pfm", inverse);
+    write_two_by_two("grey.pfm", grey);
     write_two_by_two("cut.pfm", cut);
 }
 
@@ -537,6 +570,33 @@ static void write_framed_picture(void)
     memcpy(bytes, header, sizeof header - 1);
     memcpy(bytes + sizeof header - 1, pixels, sizeof pixels);
     import_write("framed.pfm", bytes, sizeof bytes);
+}
+
+/* Two by two pixels of R, G, B and A, and of what a number is read from. */
+static void write_pictures_with_alpha(void)
+{
+    static const float red[4] = {0.9f, 0, 0.3f, 0.6f}, green[4] = {0, 0.3f, 0.6f, 0.9f}, blue[4] = {0.3f, 0, 0, 0};
+    static const float alpha[4] = {1, 0.25f, 0, 0.75f}, one[4] = {1, 1, 1, 1};
+    const float *const channels[4] = {red, green, blue, alpha};
+    float grey[2][12];
+    for (int opaque = 0; opaque < 2; opaque++) {
+        ca_image_layers *image;
+        char path[600];
+        assert_int_equal(ca_image_make(2, 2, &image, NULL), CA_OK);
+        for (int c = 0; c < 4; c++) {
+            const char name[2] = {"RGBA"[c], '\0'};
+            assert_int_equal(ca_image_add(image, name, c == 3 && opaque ? one : channels[c], NULL), CA_OK);
+        }
+        snprintf(path, sizeof path, "%s/%s.exr", import_folder(), opaque ? "opaque" : "leaf");
+        assert_int_equal(ca_image_save(image, path, 0.0f, NULL), CA_OK);
+        ca_image_release(image);
+        for (int i = 0; i < 12; i++) { /* PFM begins with the last row */
+            const int pixel = (i / 6 == 0 ? 2 : 0) + i / 3 % 2;
+            grey[opaque][i] = opaque ? (red[pixel] + green[pixel] + blue[pixel]) / 3.0f : alpha[pixel];
+        }
+    }
+    write_two_by_two("alpha.pfm", grey[0]);
+    write_two_by_two("mean.pfm", grey[1]);
 }
 
 /* quad.ply with u = (x + 1) / 2 and v = 1 - (y - 0.5) / 2. */
@@ -579,6 +639,7 @@ static void write_files(void)
     import_write_picture();
     write_changed_pictures();
     write_framed_picture();
+    write_pictures_with_alpha();
     write_sky();
     import_write_text("ball.pbrt", "Translate 0 1 0\nShape \"sphere\"\nTranslate 0 -1 0\n");
     import_write_text("paint.spd", "# a paint\n400 .1\n500 .8 700 .2\n");

@@ -44,6 +44,11 @@ TAGS = {
 _TAG_OF = {name: tag for tag, names in TAGS.items() for name in names}
 
 
+def _quoted(text):
+    """As the value of an attribute, in which $ would begin the name of a definition."""
+    return quoteattr(text.replace("$", "\\$"))
+
+
 def tag_of(plugin):
     """None: there is no such plugin."""
     return _TAG_OF.get(plugin)
@@ -151,40 +156,42 @@ class Document:
         if kind == "ref":
             if "id" not in value:
                 self._fail(path, "a reference has the id of an object as \"id\"")
-            return self._open(f"<ref {naming} id={quoteattr(self.references.resolve(str(value['id'])))}/>", path)
+            return self._open(f"<ref {naming} id={_quoted(self.references.resolve(str(value['id'])))}/>", path)
         if kind == "resources":
             if "path" not in value:
                 self._fail(path, "resources have a folder as \"path\"")
-            return self._open(f"<path value={quoteattr(os.fspath(value['path']))}/>", path)
+            return self._open(f"<path value={_quoted(os.fspath(value['path']))}/>", path)
         if kind not in _TAG_OF:
             nearest = _nearest(str(kind), _TAG_OF)
             self._fail(path, f"there is no plugin \"{kind}\"; the nearest known one is \"{nearest}\"")
         tag = _TAG_OF[kind]
         name = self.references.name_of(value, path)
-        self._open(f'<{tag} type="{kind}" {naming}{f" id={quoteattr(name)}" if name else ""}>', path)
+        self._open(f'<{tag} type="{kind}" {naming}{f" id={_quoted(name)}" if name else ""}>', path)
         for key, inner in value.items():
             if key in ("type", "id"):
                 continue
             if kind in ("bitmap", "envmap") and key in ("bitmap", "data"):
-                self._add_bitmap(inner, (*path, key))
+                self._add_bitmap(inner, bool(value.get("raw", False)), (*path, key))
             elif kind == "mesh" and key == "data":
                 name = self._array(self.meshes, inner)
                 self._open(f'<string name="data" value="{name}"/>', (*path, key))
             else:
-                self._add(key, inner, (*path, key), f"name={quoteattr(key)}")
+                self._add(key, inner, (*path, key), f"name={_quoted(key)}")
         return self._open(f"</{tag}>", path)
 
-    def _add_bitmap(self, value, path):
+    def _add_bitmap(self, value, raw, path):
+        if raw and isinstance(value, Bitmap) and value._file:
+            return self._open(f'<string name="filename" value={_quoted(value._file)}/>', path)
         try:
-            array = np.ascontiguousarray(pixels_of(value))
+            array = np.ascontiguousarray(pixels_of(value, raw))
         except ValueError as error:
             self._fail(path, str(error))
-        self._open(f'<string name="data" value="{self._array(self.bitmaps, array)}"/>', path)
+        return self._open(f'<string name="data" value="{self._array(self.bitmaps, array)}"/>', path)
 
     def _add_color(self, kind, value, path):
         given = value.get("value", 1.0)
         if kind == "spectrum" and "filename" in value:
-            return self._open(f'<spectrum name="{path[-1]}" filename={quoteattr(str(value["filename"]))}/>', path)
+            return self._open(f'<spectrum name="{path[-1]}" filename={_quoted(str(value["filename"]))}/>', path)
         try:
             numbers = np.asarray(given, dtype=float)
         except (TypeError, ValueError):
@@ -201,7 +208,7 @@ class Document:
     # ---- Values --------------------------------------------------------------------------------------------------------
 
     def _add_value(self, key, value, path):
-        name = f"name={quoteattr(key)}"
+        name = f"name={_quoted(key)}"
         if isinstance(value, (bool, np.bool_)):
             self._open(f'<boolean {name} value="{str(bool(value)).lower()}"/>', path)
         elif isinstance(value, (int, np.integer)):
@@ -209,7 +216,7 @@ class Document:
         elif isinstance(value, (float, np.floating)):
             self._open(f'<float {name} value="{float(value)!r}"/>', path)
         elif isinstance(value, (str, os.PathLike)):
-            self._open(f"<string {name} value={quoteattr(os.fspath(value))}/>", path)
+            self._open(f"<string {name} value={_quoted(os.fspath(value))}/>", path)
         elif isinstance(value, ScalarTransform4f) or np.shape(value) == (4, 4):
             numbers = " ".join(repr(float(v)) for v in ScalarTransform4f(value).matrix.flat)
             self._open(f'<transform {name}><matrix value="{numbers}"/></transform>', path)

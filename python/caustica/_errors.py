@@ -8,7 +8,10 @@ _PLACE = re.compile(r"(?P<file>.*?):(?P<line>\d+):(?P<column>\d+): (?P<message>.
 
 
 class Error(Exception):
-    """A call that failed. `file`, `line` and `column` tell the place in a file that is to blame, or are None."""
+    """A call that failed. `file`, `line` and `column` tell the place in a file that is to blame, or are None. `path`: of a scene
+    from a dictionary, the keys that lead to what is to blame, or None."""
+
+    path = None
 
     def __init__(self, message, file=None, line=None, column=None):
         super().__init__(message)
@@ -28,9 +31,7 @@ class FormatError(Error, ValueError):
 
 
 class SceneError(Error, ValueError):
-    """The scene asks for something wrong or unknown. `path`: of a scene from a dictionary, the keys that lead there."""
-
-    path = None
+    """The scene asks for something wrong or unknown."""
 
 
 class Unsupported(Error, NotImplementedError):

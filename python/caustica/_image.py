@@ -9,21 +9,25 @@ from caustica._errors import check, interruptible, new_error
 from caustica._library import ffi, lib
 
 
-def linear(values):
-    """Linear float32 values: bytes and 16-bit integers are sRGB, as they are in files; a fourth or second channel, which is
-    alpha, is linear."""
+def linear(values, raw=False):
+    """Linear float32 values: bytes and 16-bit integers are sRGB, as they are in files, or with raw fractions of the largest; a
+    fourth or second channel, which is alpha, is linear."""
     array = np.asarray(values)
-    if array.dtype not in (np.uint8, np.uint16):
+    if array.dtype.kind not in "iu":
         return np.asarray(array, dtype=np.float32)
+    if array.dtype.kind != "u" or array.dtype.itemsize > 2:
+        raise ValueError(f"pixels of integers are uint8 or uint16, not {array.dtype}")
     made = (array / np.iinfo(array.dtype).max).astype(np.float32)
+    if raw:
+        return made
     colors = made[:, :, :-1] if array.ndim == 3 and array.shape[2] in (2, 4) else made
     colors[...] = np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
     return made
 
 
-def pixels_of(values):
+def pixels_of(values, raw=False):
     """The same as (height, width, 1 to 4). ValueError: they are no picture."""
-    array = linear(values)
+    array = linear(values._given if raw and isinstance(values, Bitmap) else values, raw)
     array = array[:, :, None] if array.ndim == 2 else array
     if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
         raise ValueError(f"pixels have the shape (height, width), or 1 to 4 channels behind it, not {array.shape}")
@@ -160,10 +164,13 @@ class Image:
 
 class Bitmap:
     """A picture from a file or an array (height, width[, 1 to 4]), as textures take it: linear float32 values, whatever the file
-    or the array has; uint8 and uint16 are sRGB. np.asarray(bitmap) is its array."""
+    or the array has; uint8 and uint16 are sRGB. np.asarray(bitmap) is its array. A texture with "raw" takes what the file or the
+    array has as it is."""
 
     def __init__(self, source):
-        self.array = linear(Image.load(source) if isinstance(source, (str, os.PathLike)) else source)
+        self._file = os.path.abspath(source) if isinstance(source, (str, os.PathLike)) else None
+        self._given = source if self._file is None else None
+        self.array = linear(source if self._file is None else Image.load(source))
 
     def write(self, path):
         """To an .exr, .png or .pfm file."""

@@ -4,7 +4,7 @@ import os
 import numpy as np
 
 from caustica._dict import SPECTRA, Document, Object, tag_of
-from caustica._errors import SceneError, check, interruptible, new_error
+from caustica._errors import Error, SceneError, check, interruptible, new_error
 from caustica._library import ffi, lib
 
 
@@ -172,12 +172,12 @@ def _from_document(document, parse, previous=None, sensor=0):
     try:
         source = _Source(document.text, _NAME, meshes=document.meshes, bitmaps=document.bitmaps, previous=previous, sensor=sensor)
         return _make(source, parse)
-    except SceneError as error:
+    except Error as error:
         if error.file != _NAME:
             raise
         path = document.path_of(error.line)
         message = str(error).split(": ", 1)[1]
-        told = SceneError(f"{path}: {message}" if path else message)
+        told = type(error)(f"{path}: {message}" if path else message)
         told.path = path
         raise told from None
 

@@ -207,6 +207,21 @@ def test_control_c_elsewhere(call, tmp_path, monkeypatch):
     assert not any(tmp_path.iterdir())
 
 
+def test_control_c_after_calls_of_many_threads():
+    """The handler of before is there again, whichever threads begin and end at once."""
+    script = ("import caustica, numpy as np, signal, threading\n"
+              "image = caustica.Image.from_array(np.zeros((2, 2), np.float32))\n"
+              "def work():\n    for _ in range(4000): caustica.compare(image, image)\n"
+              "threads = [threading.Thread(target=work) for _ in range(4)]\n"
+              "for t in threads: t.start()\n"
+              "for t in threads: t.join()\n"
+              "try:\n    signal.raise_signal(signal.SIGINT)\nexcept KeyboardInterrupt:\n    pass\n"
+              "caustica.compare(image, image)\nprint('alive')\n")
+    for _ in range(3):
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+        assert done.returncode == 0 and done.stdout == "alive\n", done.stderr
+
+
 @pytest.fixture(scope="module")
 def large_file(tmp_path_factory):
     """A mesh of 4 million triangles."""

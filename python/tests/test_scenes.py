@@ -62,8 +62,9 @@ def test_wrong_arrays(arguments, words):
 
 def test_index_out_of_range_names_the_keys():
     mesh = caustica.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 3]])
-    with pytest.raises(caustica.Error, match="triangle 0 uses vertex 3"):
+    with pytest.raises(caustica.Error, match="^wing: .*triangle 0 uses vertex 3") as raised:
         caustica.load_dict(description(wing=mesh))
+    assert raised.value.path == "wing"
 
 
 def test_bitmaps():
@@ -80,6 +81,40 @@ def test_bitmaps():
     white["floor"]["bsdf"]["reflectance"]["data"] = np.zeros((2, 2, 5))
     with pytest.raises(caustica.SceneError, match="floor.bsdf.reflectance.data: pixels"):
         caustica.load_dict(white)
+
+
+def test_raw_bitmaps(tmp_path):
+    """Bytes and 16-bit numbers are what they are, of either byte order, in arrays, in pictures and in files."""
+    def seen(value, **texture):
+        scene = description(light={"type": "constant"})
+        scene["floor"]["bsdf"] = {"type": "diffuse", "reflectance": {"type": "bitmap", "data": value, **texture}}
+        return pixels(caustica.load_dict(scene))
+
+    plain = description(light={"type": "constant"})
+    plain["floor"]["bsdf"] = {"type": "diffuse", "reflectance": 0.5019608}
+    expected = pixels(caustica.load_dict(plain))
+    for kind, value in (("u1", 128), ("<u2", 32896), (">u2", 32896)):
+        array = np.full((2, 3, 3), value, kind)
+        assert np.allclose(seen(array, raw=True), expected, rtol=1e-5)
+        assert np.allclose(seen(caustica.Bitmap(array), raw=True), expected, rtol=1e-5)
+        assert np.allclose(seen(array), seen(np.full((2, 3), 0.2158605)), rtol=1e-4)
+    caustica.Bitmap(np.full((4, 4, 3), 0.2158605, np.float32)).write(tmp_path / "grey.png")
+    assert np.allclose(seen(caustica.Bitmap(tmp_path / "grey.png"), raw=True), expected, rtol=1e-5)
+    with pytest.raises(caustica.SceneError, match="uint8 or uint16, not int64"):
+        seen(np.full((2, 3), 1, np.int64))
+
+
+def test_dollars_are_plain(tmp_path):
+    folder = tmp_path / "$HOME"
+    folder.mkdir()
+    (folder / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert caustica.load_dict(description(wing={"type": "obj", "id": "$a", "filename": str(folder / "one.obj")}))
+
+
+def test_errors_of_files_name_the_keys(tmp_path):
+    with pytest.raises(caustica.FileError, match="^wing: .*no.ply") as raised:
+        caustica.load_dict(description(wing={"type": "ply", "filename": str(tmp_path / "no.ply")}))
+    assert raised.value.path == "wing"
 
 
 @pytest.mark.parametrize("objects, path, words", [

@@ -23,18 +23,23 @@ static void fail_unknown(const char *what, const char *name, const char *nearest
         ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\": none is given as arrays", what, name);
 }
 
-const ca_mesh_data *ca_import_find_mesh(const ca_scene_source *source, const char *name, ca_error *error)
+/* Mostly arrays are asked for one after another: the search begins behind the last. */
+const ca_mesh_data *ca_import_find_mesh(ca_importer *importer, const char *name, ca_error *error)
 {
+    const ca_scene_source *source = importer->source;
     const char *nearest = NULL;
     for (size_t i = 0; i < source->mesh_count; i++) {
-        if (strcmp(source->meshes[i].name, name) == 0) return &source->meshes[i];
-        nearest = ca_nearer_name(name, nearest, source->meshes[i].name);
+        const size_t k = (importer->next_given_mesh + i) % source->mesh_count;
+        if (strcmp(source->meshes[k].name, name) != 0) continue;
+        importer->next_given_mesh = k + 1;
+        return &source->meshes[k];
     }
+    for (size_t i = 0; i < source->mesh_count; i++) nearest = ca_nearer_name(name, nearest, source->meshes[i].name);
     fail_unknown("mesh", name, nearest, error);
     return NULL;
 }
 
-/* Mostly they are asked for one after another. */
+/* Likewise. */
 ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name)
 {
     const size_t count = importer->arrays.meshes.count;
@@ -60,16 +65,19 @@ ca_curve *ca_import_take_made_curve(ca_importer *importer, const char *name, ca_
     return NULL;
 }
 
-static const ca_bitmap_data *find_bitmap(const ca_importer *importer, const char *name, ca_error *error)
+static const ca_bitmap_data *find_bitmap(ca_importer *importer, const char *name, ca_error *error)
 {
     const bool made = importer->arrays.bitmaps.count > 0;
     const ca_bitmap_data *bitmaps = made ? importer->arrays.bitmaps.items : importer->source->bitmaps;
     const size_t count = made ? importer->arrays.bitmaps.count : importer->source->bitmap_count;
     const char *nearest = NULL;
     for (size_t i = 0; i < count; i++) {
-        if (strcmp(bitmaps[i].name, name) == 0) return &bitmaps[i];
-        nearest = ca_nearer_name(name, nearest, bitmaps[i].name);
+        const size_t k = (importer->next_bitmap + i) % count;
+        if (strcmp(bitmaps[k].name, name) != 0) continue;
+        importer->next_bitmap = k + 1;
+        return &bitmaps[k];
     }
+    for (size_t i = 0; i < count; i++) nearest = ca_nearer_name(name, nearest, bitmaps[i].name);
     fail_unknown("bitmap", name, nearest, error);
     return NULL;
 }
@@ -178,7 +186,7 @@ static ca_status check_bitmap(const ca_bitmap_data *data, ca_error *error)
     return CA_OK;
 }
 
-ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, ca_image *image, ca_error *error)
+ca_status ca_import_bitmap_data(ca_importer *importer, const char *name, ca_image *image, ca_error *error)
 {
     const ca_bitmap_data *data = find_bitmap(importer, name, error);
     if (!data) return CA_ERROR_SCENE;

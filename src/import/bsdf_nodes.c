@@ -217,6 +217,7 @@ void ca_import_normal_map(ca_props *props, void *result)
     *m = ca_material_of_kind(CA_MATERIAL_NORMAL_MAP);
     m->as.normal_map.normals = import_nested_texture(props);
     m->as.normal_map.rules = import_rules(props);
+    m->as.normal_map.against_v = ca_props_boolean(props, "against_v", false);
     import_children(props, &m->as.normal_map.child, 1, 1);
     note_nested(props, m->as.normal_map.child);
 }

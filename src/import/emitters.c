@@ -108,7 +108,8 @@ static void import_envmap(ca_props *props, void *result)
 /* Width over height of what is projected. */
 static double picture_aspect(const ca_importer *importer, ca_texture_id id)
 {
-    const ca_texture *texture = &importer->desc->textures.items[id];
+    const ca_texture *textures = importer->desc->textures.items, *texture = &textures[id];
+    while (texture->kind == CA_TEXTURE_SCALE) texture = &textures[texture->as.scale.child];
     if (texture->kind != CA_TEXTURE_BITMAP) return 1.0;
     const ca_image *image = &importer->desc->images.items[texture->as.bitmap.image_index];
     return (double)image->width / (double)image->height;

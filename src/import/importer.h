@@ -25,6 +25,12 @@ typedef struct ca_import_image {
     uint32_t index; /* in the description's images */
 } ca_import_image;
 
+/* A texture of the values at a mesh's vertices or faces. */
+typedef struct ca_import_attribute {
+    const char *name; /* in the description's strings */
+    ca_location where;
+} ca_import_attribute;
+
 /* What the reader of another format made for `data` to name (tree_build.h). */
 typedef struct ca_import_mesh {
     const char *name;
@@ -62,8 +68,11 @@ typedef struct ca_importer {
     const ca_xml_node *entered; /* the last object whose parameters are read; NULL: none so far */
     uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
     bool has_camera;               /* the sensor of the wanted id was there */
-    size_t next_mesh; /* the array behind the last that was asked for: mostly the next one */
+    /* The array behind the last that was asked for, mostly the next one: a mesh that a reader made, one that was
+     * given, a picture. */
+    size_t next_mesh, next_given_mesh, next_bitmap;
     CA_TABLE(ca_import_image) images;
+    CA_TABLE(ca_import_attribute) attributes;
     ca_shared_meshes shared;
     ca_mesh_lender **lenders; /* of the source's meshes; NULL where one is only to be copied */
 } ca_importer;
@@ -108,7 +117,7 @@ typedef struct ca_mesh_use {
 ca_status ca_import_begin_lending(ca_importer *importer);
 void ca_import_end_lending(ca_importer *importer);
 /* The source's arrays of that name; NULL after failing with the nearest one. */
-const ca_mesh_data *ca_import_find_mesh(const ca_scene_source *source, const char *name, ca_error *error);
+const ca_mesh_data *ca_import_find_mesh(ca_importer *importer, const char *name, ca_error *error);
 /* Are there positions and indices, and not too many? */
 ca_status ca_import_check_mesh(const ca_mesh_data *data, ca_error *error);
 /* Of arrays that are checked; those that stay as they are and are lent are not copied. Errors: CA_ERROR_FORMAT,
@@ -116,7 +125,7 @@ ca_status ca_import_check_mesh(const ca_mesh_data *data, ca_error *error);
 ca_status ca_import_mesh_data(const ca_importer *importer, const ca_mesh_data *data, const ca_mesh_use *use,
                               ca_mesh *mesh, ca_error *error);
 /* Likewise of pixels; CA_ERROR_SCENE where there are none of that name. */
-ca_status ca_import_bitmap_data(const ca_importer *importer, const char *name, ca_image *image, ca_error *error);
+ca_status ca_import_bitmap_data(ca_importer *importer, const char *name, ca_image *image, ca_error *error);
 /* What a reader made by that name, NULL: nothing; and its mesh, checked. Errors: as above. */
 ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name);
 /* Likewise; the caller owns the curves. NULL after failing. */
@@ -125,6 +134,8 @@ ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *err
 
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);
+/* Once all meshes are there: notes where a texture is of an attribute that none of them has. */
+void ca_import_note_missing_attributes(ca_importer *importer);
 ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node);
 /* One that shapes refer to is only checked: CA_NONE. */
 uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node);

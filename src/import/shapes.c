@@ -158,7 +158,7 @@ static void import_mesh_data(ca_props *props, void *result)
         add_made_mesh(props, shape, made, &use);
         return;
     }
-    const ca_mesh_data *data = ca_import_find_mesh(importer->source, name, &reason);
+    const ca_mesh_data *data = ca_import_find_mesh(importer, name, &reason);
     const ca_status status = data ? ca_import_check_mesh(data, &reason) : CA_ERROR_SCENE;
     if (status == CA_OK)
         add_mesh_data(props, shape, data, &use);

@@ -92,7 +92,28 @@ static void set_attribute(ca_props *props, ca_texture *texture, const char *name
     const ca_matrix identity = ca_matrix_identity();
     set_to_uv(texture, &identity);
     texture->as.mesh_attribute.name = ca_arena_strdup(&props->importer->desc->strings, name);
-    if (!texture->as.mesh_attribute.name) ca_import_fail_memory(props->importer, "textures");
+    if (!texture->as.mesh_attribute.name || !CA_TABLE_ADD(&props->importer->attributes)) {
+        ca_import_fail_memory(props->importer, "textures");
+        return;
+    }
+    props->importer->attributes.items[props->importer->attributes.count - 1] =
+        (ca_import_attribute){texture->as.mesh_attribute.name, props->node->where};
+}
+
+static bool has_attribute(const ca_scene_desc *desc, const char *name)
+{
+    for (size_t i = 0; i < desc->meshes.count; i++)
+        if (ca_mesh_find_attribute(&desc->meshes.items[i], name)) return true;
+    return false;
+}
+
+void ca_import_note_missing_attributes(ca_importer *importer)
+{
+    for (size_t i = 0; i < importer->attributes.count && ca_import_good(importer); i++) {
+        const ca_import_attribute *attribute = &importer->attributes.items[i];
+        if (!has_attribute(importer->desc, attribute->name))
+            ca_import_note(importer, &attribute->where, "no mesh has the attribute of this texture: it is black");
+    }
 }
 
 static void import_mesh_attribute(ca_props *props, void *result)

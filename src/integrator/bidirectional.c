@@ -164,7 +164,8 @@ ca_rgb ca_bidirectional_splat(const void *state, uint32_t x, uint32_t y)
 
 static ca_light_layout layout_of(const ca_bidirectional *b, const ca_integrator_type *type)
 {
-    const bool pairs = b->input.pairs || ca_integrator_value(type, &b->input, "error_bars", 0.0) != 0.0;
+    const bool bars = ca_integrator_value(type, &b->input, "error_bars", 0.0) != 0.0;
+    const bool pairs = b->input.pairs || b->input.keeps_pairs || bars;
     return ca_light_layout_of(&b->rules, b->input.scene->shape_count, pairs, b->input.observer != NULL);
 }
 

@@ -76,6 +76,7 @@ typedef struct ca_integrator_input {
      * recorded. Its crop and N_F are those of this input; its field `incomplete` is set where memory ran out. Filled
      * by integrators with begin_pixel. */
     ca_pair_film *pairs;
+    bool keeps_pairs; /* light paths are laid out as for pairs, whether or not there are any */
     const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
     const ca_emission_guide *guide; /* of light paths; NULL: as the integrator's parameters say */
     uint64_t first_light_path; /* light paths of the render are numbered from here: others were traced before */

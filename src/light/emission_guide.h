@@ -4,8 +4,9 @@
  * surface first. Two choices follow them:
  *     the light       in proportion to the light that it brings to the picture
  *     a ray's origin  of lights at infinity: rays go through balls that hold the surfaces that the light met first
- * Both are mixed with the usual choice, which has CA_GUIDE_USUAL of all light paths or more: what the samples do not
- * show is found a few times less often, and never lost.
+ * Each is mixed with the usual choice, which has a share of CA_GUIDE_USUAL or more: what the samples do not show is
+ * found four times less often at most, or sixteen times where it is both another light's and from elsewhere at
+ * infinity, and never lost.
  *
  * The density of a ray's origin, per area across the ray, is a sum over the disk of light.h and the balls whose cross
  * section the ray goes through: a pure function of the line, known to all techniques from any point on it. Origins

@@ -276,10 +276,13 @@ static ca_vec3 bump_normal_local(const tree_branch *branch, const ca_material *n
     return ca_to_local(&branch->frame, ca_dot(at.surface->ng, normal) < 0.0f ? ca_neg(normal) : normal);
 }
 
-static ca_vec3 map_normal_local(const ca_material *node, lookup at)
+/* A right-handed frame around dpdu has its t against dpdv but where coordinates are mirrored. */
+static ca_vec3 map_normal_local(const tree_branch *branch, const ca_material *node, lookup at)
 {
     const ca_rgb c = ca_texture_eval(at.textures, node->as.normal_map.normals, at.surface);
-    return (ca_vec3){2.0f * c.r - 1.0f, 2.0f * c.g - 1.0f, 2.0f * c.b - 1.0f};
+    const ca_vec3 n = {2.0f * c.r - 1.0f, 2.0f * c.g - 1.0f, 2.0f * c.b - 1.0f};
+    const bool mirrored = node->as.normal_map.against_v && ca_dot(branch->frame.t, at.surface->dpdv) > 0.0f;
+    return mirrored ? (ca_vec3){n.x, -n.y, n.z} : n;
 }
 
 /* Squared roughness of a microfacet surface on which normals lean as far as n does from ns: tan^2 / 8, at most 1. */
@@ -367,7 +370,8 @@ static bool descend(tree_walk *walk, tree_branch *branch)
         perturb(branch, bump_normal_local(branch, node, walk->at), node->as.bump.rules, node->as.bump.child);
         return true;
     case CA_MATERIAL_NORMAL_MAP:
-        perturb(branch, map_normal_local(node, walk->at), node->as.normal_map.rules, node->as.normal_map.child);
+        perturb(branch, map_normal_local(branch, node, walk->at), node->as.normal_map.rules,
+                node->as.normal_map.child);
         return true;
     case CA_MATERIAL_COATING:
         branch->coat = branch->id;

@@ -49,7 +49,7 @@ typedef uint32_t ca_material_id;
     ROW(MASK, "mask", .as.mask = {CA_NONE, CA_NONE})                                                                 \
     ROW(BLEND, "blendbsdf", .as.blend = {CA_NONE, CA_NONE, CA_NONE})                                                 \
     ROW(BUMP, "bumpmap", .as.bump = {CA_NONE, CA_NONE, 1.0f, {true, true}})                                          \
-    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE, {true, true}})                                  \
+    ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE, {true, true}, false})                           \
     ROW(COATING, "coating", .as.coating = {CA_NONE, CA_NONE, CA_NONE, 1.0f, 1.0f, CA_NO_FACETS, 0.0f, NULL})
 
 #define CA_MATERIAL_ENUMERATOR(KIND, ...) CA_MATERIAL_##KIND,
@@ -154,6 +154,7 @@ typedef struct ca_material {
             ca_material_id child;
             ca_texture_id normals; /* (n + 1) / 2, raw */
             ca_material_perturbed rules;
+            bool against_v; /* the normals' y is against dpdv; else they are in a right-handed frame */
         } normal_map;
         struct {
             ca_material_id child;            /* of leaves that reflect, and blends, alone */

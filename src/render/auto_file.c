@@ -202,6 +202,7 @@ static void exchange_nodes(ca_auto_nodes *nodes, ca_part_exchange *x)
 {
     ca_part_exchange_bool(x, &nodes->weighted);
     nodes->count = exchange_choice(nodes->count, CA_AUTO_MOST_NODES, x);
+    x->good = x->good && nodes->count > 0;
     DOUBLES(x, &nodes->luminance, &nodes->pairs);
     for (uint32_t i = 0; i < nodes->count && x->good; i++)
         exchange_node(&nodes->items[i], i > 0 ? &nodes->items[i - 1] : NULL, x);

@@ -11,6 +11,7 @@
 typedef struct ca_auto_goal {
     double samples; /* camera paths of a pixel, mean over pixels; 0: their number does not end the render */
     double seconds; /* 0: no limit */
+    double choosing; /* of the render's seconds were gone before the pilot: the method was chosen */
 } ca_auto_goal;
 
 typedef struct ca_auto_progress {

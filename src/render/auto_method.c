@@ -177,6 +177,9 @@ static ca_status add_method(chooser *c, const ca_method *method, ca_error *error
 {
     const uint32_t m = pilot_method(method);
     if (m != WITHOUT_MERGES && c->loses[m]) return CA_OK;
+    if (ca_render_plan_joins(c->plan) && c->plan->camera_paths > 1 &&
+        ca_integrator_has(method->type, CA_ABILITY_ONE_CAMERA_PATH))
+        return CA_OK;
     const ca_status status = ca_method_trial_create(&c->trials[c->count], c->plan, method, &c->radii,
                                                     guide_of(c, method), error);
     if (status != CA_OK) return status == CA_ERROR_UNSUPPORTED ? CA_OK : status;
@@ -445,7 +448,7 @@ static ca_status use(ca_render_plan *plan, const ca_method *method, const ca_met
     CA_TRY(ca_integrator_resolve(method->type, &chosen, error));
     memcpy(plan->input.values, chosen.values, sizeof chosen.values);
     plan->type = method->type;
-    return CA_OK;
+    return ca_render_plan_recount(plan, error);
 }
 
 static const ca_method finder = {.type = &ca_integrator_vavcm};
@@ -492,11 +495,8 @@ static ca_status use_described(ca_render_plan *plan, const ca_image_layers *imag
                        "%s: the picture does not say which method it was made with (caustica.integrator)", path);
     CA_TRY(ca_integrator_configure(type, &nothing_set, false, ca_render_overrides(text), &plan->input, error));
     plan->type = type;
-    plan->camera_paths = (uint32_t)ca_integrator_value(type, &plan->input, "camera_paths", plan->camera_paths);
-    plan->samples_per_pass = plan->camera_paths;
     snprintf(plan->method.reason, sizeof plan->method.reason, "auto: %s, as %.200s says", type->name, path);
-    CA_TRY(ca_render_plan_count_passes(plan, plan->camera_paths, error));
-    return ca_render_plan_take_range(plan, error);
+    return ca_render_plan_recount(plan, error);
 }
 
 /* Where its numbers of rays were chosen, too, they are in the picture. */

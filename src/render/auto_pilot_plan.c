@@ -62,7 +62,7 @@ static double pilot_seconds(const ca_auto_goal *goal)
  * `iterations` of them? */
 static double room_for(const ca_pilot_situation *s, uint32_t iterations)
 {
-    return (pilot_seconds(&s->goal) - s->progress.seconds) /
+    return (pilot_seconds(&s->goal) + s->goal.choosing - s->progress.seconds) /
            (iterations * (s->connects ? cost_of_connected_pairs : cost_of_pairs) *
             fmax(s->iteration_seconds, shortest_seconds));
 }
@@ -137,7 +137,7 @@ bool ca_pilot_is_long_enough(const ca_auto_goal *goal, const ca_auto_progress *p
     if (iterations < LEAST_ITERATIONS) return false;
     if (ca_noise_looks_over(&progress->looks)) return true;
     if (goal->samples > 0.0) return progress->camera_paths >= share_of_samples * goal->samples;
-    return progress->seconds >= pilot_seconds(goal);
+    return progress->seconds - goal->choosing >= pilot_seconds(goal);
 }
 
 /* ---- The weight of the render ---------------------------------------------------------------------------------- */

@@ -298,7 +298,7 @@ ca_status ca_auto_pilot_run(ca_auto_rays *a, ca_error *error)
         if (status == CA_OK) status = run_iterations(a, &p, error);
     }
     destroy_films(&p);
-    a->pilot_seconds = a->progress.seconds;
+    a->pilot_seconds = a->progress.seconds - a->goal.choosing;
     a->pilot_work = ca_auto_work(&a->goal, &a->progress);
     if (status == CA_OK) (void)ca_auto_look(a);
     if (status == CA_OK && !render_ends(a)) status = ca_auto_survive(a, learn(a, &p, error));

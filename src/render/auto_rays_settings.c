@@ -53,6 +53,7 @@ static void read_goal(ca_auto_rays *a)
 {
     const ca_render_settings *settings = a->plan->settings;
     if (a->plan->rays == CA_RAYS_OF_RECORD) return; /* that is the end */
+    a->goal.choosing = a->plan->method.seconds;
     a->goal.seconds = settings->seconds; /* may be set beside a number of samples, too */
     if (a->plan->open_ended) return;
     a->goal.samples =

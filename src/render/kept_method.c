@@ -39,6 +39,7 @@ ca_status ca_kept_method_use(const char *lines, const char *settings, const char
     char seconds[64];
     CA_TRY(ca_checkpoint_compare(path, asked ? asked : settings, plan->asked, error));
     CA_TRY(ca_pass_settings_use(settings, path, plan, error));
+    CA_TRY(ca_render_plan_recount(plan, error));
     ca_part_settings_find(lines, "method_reason", method->reason, sizeof method->reason);
     if (ca_part_settings_find(lines, "method_seconds", seconds, sizeof seconds) &&
         !ca_parse_double(seconds, &method->seconds))
@@ -55,7 +56,7 @@ static ca_status use_passes(ca_render_plan *plan, const char *path, ca_error *er
     const ca_status status = ca_kept_method_use(reader.part.record, reader.part.settings, path, plan, error);
     ca_pass_reader_close(&reader);
     plan->rays = CA_RAYS_OF_SETTINGS;
-    return status;
+    return status == CA_OK ? ca_render_plan_memory(plan, error) : status;
 }
 
 static ca_status use_file(ca_render_plan *plan, const char *path, ca_error *error)

@@ -60,7 +60,8 @@ double ca_method_dots(const ca_light_sample *samples, size_t count, const ca_dot
         if (!(s->expected > 0.0)) continue;
         const double per_path = s->expected / light->expected_scale; /* Q / T */
         const double weight = light->weight(light->user, s->x, s->y), brings = s->light / per_path;
-        if (weight * brings * brings > CA_DOT_SQUARE) sum += weight * brings * s->light;
+        const double value = brings / light->paths_of_pixel; /* of the pixel */
+        if (weight * value * value > CA_DOT_SQUARE) sum += weight * brings * s->light;
     }
     return sum / (light->camera_paths * light->paths_of_pixel);
 }

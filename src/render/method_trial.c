@@ -78,6 +78,8 @@ ca_status ca_method_configure(const ca_method *method, const ca_render_plan *pla
     *chosen = plan->input;
     CA_TRY(ca_integrator_configure(method->type, &nothing_set, false, NULL, chosen, error));
     copy_shared(method, plan, chosen);
+    if (ca_render_plan_joins(plan) && ca_integrator_has_parameter(method->type, "alpha")) /* as the render will be */
+        CA_TRY(ca_integrator_set_number(method->type, "alpha", 0.0, chosen, error));
     if (method->no_splats) CA_TRY(ca_integrator_set(method->type, &no_splats, chosen, error));
     CA_TRY(set_guide(method, plan, chosen, error));
     CA_TRY(set_radius(method, plan, radii, chosen, error));
@@ -217,6 +219,28 @@ void ca_method_trial_destroy(ca_method_trial *trial)
     *trial = (ca_method_trial){.integrator = NULL};
 }
 
+/* How many parts there are before this one with the same middle; *alike: with it and behind it, too. */
+static uint32_t rank_of_part(uint32_t part, uint32_t parts, uint32_t size, uint32_t *alike)
+{
+    const uint32_t middle = ca_middle_of_part(part, parts, size);
+    uint32_t first = part, end = part + 1;
+    while (first > 0 && ca_middle_of_part(first - 1, parts, size) == middle) first--;
+    while (end < parts && ca_middle_of_part(end, parts, size) == middle) end++;
+    *alike = end - first;
+    return part - first;
+}
+
+/* Of cells that have one pixel each has camera paths of its own: which of how many passes over the pixel. */
+static uint32_t pass_of(const ca_method_trial *trial, uint32_t cell)
+{
+    const uint32_t *crop = trial->plan.crop;
+    uint32_t columns, rows;
+    const uint32_t column =
+        rank_of_part(cell % trial->cells.width, trial->cells.width, crop[2] - crop[0], &columns);
+    const uint32_t row = rank_of_part(cell / trial->cells.width, trial->cells.height, crop[3] - crop[1], &rows);
+    return trial->iterations * columns * rows + row * columns + column;
+}
+
 /* The pixel in the middle of a cell. */
 static void place(const ca_method_trial *trial, uint32_t cell, uint32_t *x, uint32_t *y)
 {
@@ -248,8 +272,9 @@ static void trace_cells(ca_method_trial *trial, uint32_t first, uint32_t count)
     ca_film_sample samples[GROUP] = {0};
     ca_camera_path paths[GROUP];
     for (uint32_t i = 0; i < count * of_pixel; i++) {
-        paths[i] = (ca_camera_path){.index = trial->iterations * of_pixel + i % of_pixel, .sample = &samples[i]};
-        place(trial, first + i / of_pixel, &paths[i].x, &paths[i].y);
+        const uint32_t cell = first + i / of_pixel;
+        paths[i] = (ca_camera_path){.index = pass_of(trial, cell) * of_pixel + i % of_pixel, .sample = &samples[i]};
+        place(trial, cell, &paths[i].x, &paths[i].y);
     }
     trial->method.type->camera_paths(trial->integrator, paths, count * of_pixel, 0, trial->workers.list);
     for (uint32_t i = 0; i < count; i++) add_sample(trial, first + i, &samples[(size_t)i * of_pixel], of_pixel);

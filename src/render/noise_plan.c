@@ -93,7 +93,8 @@ static ca_status plan_counts(ca_noise_plan *p, uint32_t iterations, ca_error *er
             error, CA_ERROR_ARGUMENT, NULL,
             "the noise components are estimated from two halves of the light paths: at least 2 are needed, not %u",
             p->light_paths);
-    const uint32_t most = UINT32_MAX / plan->camera_paths; /* camera paths are numbered in 32 bits */
+    /* Camera paths are numbered in 32 bits. */
+    const uint32_t most = ca_min_u32(UINT32_MAX / plan->camera_paths, CA_BINNED_SUM_MOST_VALUES);
     if (iterations > most)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u iterations of %u camera paths are over the limit of %u",
                        iterations, plan->camera_paths, most);

@@ -206,7 +206,9 @@ ca_status ca_pass_settings_share(const ca_ranks *ranks, ca_render_plan *plan, ca
     share_text(ranks, own, text);
     ca_free(own);
     if (ranks->rank == 0) return made;
-    return text[0] ? ca_pass_settings_use(text, "rank 0", plan, error) : CA_OK; /* "": rank 0 failed */
+    if (!text[0]) return CA_OK; /* rank 0 failed */
+    CA_TRY(ca_pass_settings_use(text, "rank 0", plan, error));
+    return ca_render_plan_recount(plan, error);
 }
 
 static ca_status compare_with_first(const char *first, const char *own, ca_error *error)

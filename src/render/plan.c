@@ -461,6 +461,17 @@ ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_er
     return CA_OK;
 }
 
+ca_status ca_render_plan_recount(ca_render_plan *plan, ca_error *error)
+{
+    const uint32_t camera_paths = (uint32_t)ca_integrator_value(plan->type, &plan->input, "camera_paths", 1.0);
+    if (camera_paths == plan->camera_paths) return CA_OK;
+    plan->camera_paths = camera_paths;
+    plan->samples_per_pass = samples_per_pass(plan, plan->camera.width, plan->camera.height);
+    CA_TRY(ca_render_plan_count_passes(plan, camera_paths, error));
+    CA_TRY(ca_replicates_plan(plan, error));
+    return ca_render_plan_take_range(plan, error);
+}
+
 /* Of a render that is not limited by samples. */
 #define CAMERA_PATHS_PER_SECOND 1e7
 #define SECONDS_TO_NOISE 3600.0
@@ -485,8 +496,7 @@ static double film_bytes(const ca_render_plan *plan)
     return pixels * (ca_film_pixel_bytes(ca_replicates_passes(plan)) + CA_PASS_PART_BYTES);
 }
 
-/* Light paths get the memory that the film leaves. */
-static ca_status plan_memory(ca_render_plan *plan, ca_error *error)
+ca_status ca_render_plan_memory(ca_render_plan *plan, ca_error *error)
 {
     const double allowed = plan->settings->memory_mib * 0x1p20;
     const double film = film_bytes(plan);
@@ -512,7 +522,7 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
     CA_TRY(plan_stopping(plan, width, height, error));
     CA_TRY(ca_replicates_plan(plan, error));
     CA_TRY(ca_render_plan_take_range(plan, error));
-    CA_TRY(plan_memory(plan, error));
+    CA_TRY(ca_render_plan_memory(plan, error));
     plan->threads = settings->threads ? settings->threads : ca_processors();
     if (plan->threads > 1024)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u threads are over the limit of 1024", plan->threads);
@@ -557,6 +567,7 @@ ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *
     if (*fits) return CA_OK;
     ca_integrator_input input = plan->input;
     input.pairs = NULL;
+    input.keeps_pairs = true; /* as iterations that measure do */
     const ca_status status = plan->type->create(&input, &integrator, error);
     if (status != CA_OK) return status == CA_ERROR_ARGUMENT ? CA_OK : status; /* not even a part of them fits */
     *fits = plan->type->rounds(integrator) == 1;

@@ -593,9 +593,9 @@ static ca_status choose_for_rays(ca_render_plan *plan, ca_error *error)
     CA_TRY(ca_kept_method_recall(plan, &used, error));
     if (used) return CA_OK;
     CA_TRY(ca_auto_method_choose(plan, error));
-    if (!ca_integrator_has(plan->type, CA_RAYS_ABILITIES) || plan->ended || !has_room_for_pilot(plan))
-        plan->rays = CA_RAYS_OF_SETTINGS;
-    return CA_OK;
+    if (ca_integrator_has(plan->type, CA_RAYS_ABILITIES) && !plan->ended && has_room_for_pilot(plan)) return CA_OK;
+    plan->rays = CA_RAYS_OF_SETTINGS;
+    return ca_render_plan_memory(plan, error);
 }
 
 static ca_status choose_and_render(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,

@@ -78,6 +78,14 @@ ca_status ca_render_plan_count_passes(ca_render_plan *plan, uint32_t most, ca_er
  * CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_take_range(ca_render_plan *plan, ca_error *error);
 
+/* A type that was chosen may have another number of camera paths than the one that chose it, for which passes were
+ * counted: counts them anew. Errors: CA_ERROR_ARGUMENT. */
+ca_status ca_render_plan_recount(ca_render_plan *plan, ca_error *error);
+
+/* Light paths get the memory that the film leaves: again, where it is another film than was planned. Errors:
+ * CA_ERROR_ARGUMENT. */
+ca_status ca_render_plan_memory(ca_render_plan *plan, ca_error *error);
+
 /* The passes that the render will make, where samples limit it; else a guess from its time, rather too high. */
 double ca_render_plan_expected_passes(const ca_render_plan *plan);
 

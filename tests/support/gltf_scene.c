@@ -24,7 +24,7 @@ static void put_floats(sample_bytes *bytes, const float *values, size_t count)
     for (size_t i = 0; i < count; i++) sample_f32(bytes, values[i]);
 }
 
-/* Views 0 to 13, in the order of the offsets below. */
+/* Views 0 to 14, in the order of the offsets below. */
 static void put_square(sample_bytes *bytes)
 {
     static const unsigned strip[4] = {0, 1, 3, 2}, fan[4] = {0, 1, 2, 3};
@@ -46,6 +46,7 @@ static void put_square(sample_bytes *bytes)
     for (int i = 0; i < 4; i++) sample_u8(bytes, fan[i]);   /* 320 */
     for (int i = 0; i < 12; i++) sample_f32(bytes, 1.0f);   /* 324 */
     for (int i = 0; i < 12; i++) sample_f32(bytes, i % 3 == 2 ? 0.5f : 1.0f); /* 372 */
+    for (int i = 0; i < 8; i++) sample_f32(bytes, i % 2 == 0 ? 1.0f - uvs[i] : uvs[i]); /* 420 */
 }
 
 static const char views[] =
@@ -55,7 +56,8 @@ static const char views[] =
     "{'buffer':0,'byteOffset':208,'byteLength':48},{'buffer':0,'byteOffset':256,'byteLength':4},"
     "{'buffer':0,'byteOffset':260,'byteLength':24},{'buffer':0,'byteOffset':284,'byteLength':32,'byteStride':8},"
     "{'buffer':0,'byteOffset':316,'byteLength':4},{'buffer':0,'byteOffset':320,'byteLength':4},"
-    "{'buffer':0,'byteOffset':324,'byteLength':48},{'buffer':0,'byteOffset':372,'byteLength':48}],\n"
+    "{'buffer':0,'byteOffset':324,'byteLength':48},{'buffer':0,'byteOffset':372,'byteLength':48},"
+    "{'buffer':0,'byteOffset':420,'byteLength':32}],\n"
     "'accessors':[{'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'},"
     "{'bufferView':1,'componentType':5126,'count':4,'type':'VEC3'},"
     "{'bufferView':2,'componentType':5126,'count':4,'type':'VEC2'},"
@@ -69,8 +71,9 @@ static const char views[] =
     "{'bufferView':11,'componentType':5121,'count':4,'type':'SCALAR'},"
     "{'componentType':5126,'count':4,'type':'VEC3'},"
     "{'bufferView':12,'componentType':5126,'count':4,'type':'VEC3'},"
-    "{'bufferView':13,'componentType':5126,'count':4,'type':'VEC3'}],\n"
-    "'buffers':[{'uri':'square.bin','byteLength':420}]";
+    "{'bufferView':13,'componentType':5126,'count':4,'type':'VEC3'},"
+    "{'bufferView':14,'componentType':5126,'count':4,'type':'VEC2'}],\n"
+    "'buffers':[{'uri':'square.bin','byteLength':452}]";
 
 static void with_quotes(char *text)
 {
@@ -132,7 +135,8 @@ ca_scene_source gltf_twin_source(const char *text, const char *path)
                                           MESH("strip", normals, NULL, strip)};
     static const double factors[3] = {0.5, 0.25, 0.75};
     static float tinted[3 * PIXELS], green[PIXELS], blue[PIXELS], red[PIXELS], alpha[PIXELS], cut[PIXELS],
-        bumps[3 * PIXELS], coat[PIXELS], glow[3 * PIXELS], dull[PIXELS], metal[PIXELS], hue[3 * PIXELS];
+        bumps[3 * PIXELS], turned[3 * PIXELS], coat[PIXELS], glow[3 * PIXELS], dull[PIXELS], metal[PIXELS],
+        hue[3 * PIXELS];
     for (unsigned y = 0; y < SAMPLE_HEIGHT; y++)
         for (unsigned x = 0; x < SAMPLE_WIDTH; x++) {
             const size_t i = (size_t)y * SAMPLE_WIDTH + x;
@@ -150,6 +154,8 @@ ca_scene_source gltf_twin_source(const char *text, const char *path)
                 largest = fmax(largest, (double)linear(x, y, c) * factors[c]);
                 glow[3 * i + c] = (float)((double)linear(x, y, c) * factors[c] * 8.0);
                 bumps[3 * i + c] = (float)(0.5 * (c < 2 ? n * 0.25 : n) + 0.5);
+                turned[3 * ((size_t)y * SAMPLE_WIDTH + SAMPLE_WIDTH - 1 - x) + c] =
+                    (float)(0.5 * (c < 2 ? (c == 0 ? -n : n) * 0.25 : n) + 0.5);
             }
             metal[i] = (float)fmax((largest - 0.04) / (1.0 - 0.04), 0.0);
             for (unsigned c = 0; c < 3 && largest > 0.0; c++)
@@ -159,6 +165,7 @@ ca_scene_source gltf_twin_source(const char *text, const char *path)
     static const ca_bitmap_data bitmaps[] = {BITMAP(tinted, 3), BITMAP(green, 1), BITMAP(blue, 1),
                                              BITMAP(red, 1),    BITMAP(alpha, 1), BITMAP(cut, 1),
                                              BITMAP(bumps, 3),  BITMAP(coat, 1),  BITMAP(glow, 3),
+                                             BITMAP(turned, 3),
                                              BITMAP(dull, 1),   BITMAP(metal, 1), BITMAP(hue, 3)};
     return (ca_scene_source){.text = text, .size = strlen(text), .path = path, .meshes = meshes, .mesh_count = 5,
                              .bitmaps = bitmaps, .bitmap_count = sizeof bitmaps / sizeof *bitmaps};

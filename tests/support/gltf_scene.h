@@ -9,7 +9,7 @@
  *   0 positions, 1 normals, 2 texture coordinates, 3 indices (u16), 4 colours (float RGB), 5 colours (u8 RGBA,
  *   normalised), 6 positions of which two are sparse, 7 texture coordinates (u16, normalised, with a stride), 8 the
  *   corners in the order of a strip, 9 of a fan, 10 all zero (no buffer view), 11 white colours, 12 yellow ones
- *   (1, 1, 1/2). */
+ *   (1, 1, 1/2), 13 texture coordinates whose u is mirrored. */
 typedef struct gltf_case {
     const char *name;
     const char *node;      /* members of the square's node behind "mesh":0; "" */

@@ -282,6 +282,7 @@ static void put_shaded(maker *m, ca_xml_node *parent, const transmission *t)
     const ca_gltf_bake bake = {.pixels = CA_GLTF_NORMAL, .factors = {scale, 0.0, 0.0}};
     ca_xml_node *map = add_bsdf(m, parent, "normalmap");
     ca_gltf_texture(m->g, info, &bake, map, "normalmap", NULL, &m->uv_set);
+    ca_tree_boolean(&m->g->tree, map, "against_v", true);
     put_material(m, map, t);
 }
 
@@ -338,9 +339,16 @@ static ca_xml_node *put_mask(maker *m, ca_xml_node *parent)
 
 /* ---- Emission -------------------------------------------------------------------------------------------------- */
 
+static void note_one_side(maker *m)
+{
+    if (ca_gltf_boolean(m->g, m->material, "doubleSided", false))
+        ca_gltf_note(m->g, m->material, "materials that are double-sided shine on their front only");
+}
+
 static void set_emission(maker *m, ca_gltf_material *made, const double rgb[3], const ca_gltf_value *info)
 {
     made->shines = largest(rgb) > 0.0;
+    if (made->shines) note_one_side(m);
     memcpy(made->emission, rgb, sizeof made->emission);
     if (!made->shines || !info) return;
     made->radiance = ca_gltf_format(m->g, "radiance of %s", made->id);
@@ -368,6 +376,7 @@ static void make_unlit(maker *m, ca_gltf_material *made, ca_xml_node *parent)
     ca_tree_float(&m->g->tree, black, "reflectance", 0.0);
     if (m->colored) {
         made->shines = true;
+        note_one_side(m);
         made->radiance = ca_gltf_format(m->g, "radiance of %s", made->id);
         put_corner_colors(m, ca_tree_root(&m->g->tree), NULL, made->radiance);
         return;

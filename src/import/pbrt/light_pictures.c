@@ -12,24 +12,6 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- Pictures -------------------------------------------------------------------------------------------------- */
 
-static bool read_picture(ca_pbrt *p, const char *name, ca_image *image)
-{
-    ca_error reason;
-    const char *path = ca_import_good(p->importer) ? ca_pbrt_file(p, name) : NULL;
-    if (path) path = ca_document_add_file(&p->importer->document, path);
-    if (!path) {
-        ca_import_fail_memory(p->importer, "a file name");
-        return false;
-    }
-    const ca_status status = ca_image_read(path, CA_ENCODING_SRGB, image, &reason);
-    if (status != CA_OK) {
-        ca_import_fail_file(p->importer, &p->params.where, status, &reason);
-        return false;
-    }
-    ca_document_add_content(&p->importer->document, &image->content_hash, sizeof image->content_hash);
-    return true;
-}
-
 /* The pixel at (u, v), v downwards, both in [0, 1]. */
 static ca_rgb pixel_at(const ca_image *image, double u, double v)
 {
@@ -138,7 +120,7 @@ void ca_pbrt_read_sky(ca_pbrt *p, const char *file, const double factor[3])
         ca_tree_string(&p->tree, add_sky(p, factor), "filename", file);
         return;
     }
-    if (!read_picture(p, file, &image)) return;
+    if (!ca_pbrt_read_picture(p, file, CA_ENCODING_SRGB, &image)) return;
     put_square_sky(p, &image, factor);
     ca_image_destroy(&image);
 }
@@ -185,9 +167,10 @@ static double irradiance_of_one(const double plane[2])
     return pow(1.0 + plane[0] * plane[0] + plane[1] * plane[1], -1.5) / pi;
 }
 
-/* pbrt's picture is an intensity; it stands upside down where y is up. Its flux at scale 1 is added to *power. */
-static void fill_projection(const ca_image *image, uint32_t copies, double tan_x, double tan_y, float *pixels,
-                            double *power)
+/* pbrt's picture is an intensity; in version 3 it stands upside down where y is up. Its flux at scale 1 is added to
+ * *power. */
+static void fill_projection(const ca_image *image, uint32_t version, uint32_t copies, double tan_x, double tan_y,
+                            float *pixels, double *power)
 {
     const uint32_t width = image->width * copies, height = image->height * copies;
     const double cell = 4.0 * tan_x * tan_y / ((double)width * height);
@@ -195,7 +178,8 @@ static void fill_projection(const ca_image *image, uint32_t copies, double tan_x
         for (uint32_t x = 0; x < width; x++, pixels += 3) {
             double plane[2];
             plane_of(x, y, width, height, tan_x, tan_y, plane);
-            const ca_rgb pixel = ca_image_rgb(image, (width - 1 - x) / copies, (height - 1 - y) / copies);
+            const uint32_t row = version == 3 ? height - 1 - y : y;
+            const ca_rgb pixel = ca_image_rgb(image, (width - 1 - x) / copies, row / copies);
             const float factor = (float)irradiance_of_one(plane);
             pixels[0] = pixel.r * factor, pixels[1] = pixel.g * factor, pixels[2] = pixel.b * factor;
             *power += (double)ca_luminance(pixel) * irradiance_of_one(plane) * pi * cell;
@@ -217,7 +201,7 @@ static void put_projection(ca_pbrt *p, const ca_image *image, double degrees, do
         return;
     }
     if (!ca_tree_add_bitmap(&p->tree, image->width * copies, image->height * copies, 3, &bitmap)) return;
-    fill_projection(image, copies, tan_x, tan_y, bitmap.pixels, &has);
+    fill_projection(image, p->version, copies, tan_x, tan_y, bitmap.pixels, &has);
     for (int i = 0; i < 3 && wanted > 0.0 && has > 0.0; i++) factor[i] *= wanted / has;
     const ca_matrix frame = rigid_frame(p);
     add_projector(p, &frame, tan_x, &bitmap, factor);
@@ -246,14 +230,15 @@ void ca_pbrt_read_projection(ca_pbrt *p)
     const double degrees = ca_pbrt_number_in(&p->params, "fov", p->version == 3 ? 45.0 : 90.0, 0.01, 179.0);
     read_intensity(p, factor);
     if (!file[0]) ca_pbrt_fail(&p->params, "filename", "is missing");
-    if (!ca_import_good(p->importer) || !read_picture(p, file, &image)) return;
+    if (!ca_import_good(p->importer) || !ca_pbrt_read_picture(p, file, CA_ENCODING_SRGB, &image)) return;
     put_projection(p, &image, degrees, factor);
     ca_image_destroy(&image);
 }
 
 /* ---- Goniometric diagrams -------------------------------------------------------------------------------------- */
 
-/* Version 4: the square map, z its axis; version 3: latitude and longitude around y. One channel, the mean. */
+/* Version 4: the square map, whose axes y and z are the light's z and y; version 3: latitude and longitude around y.
+ * One channel, the mean. */
 static double diagram_towards(const ca_image *image, uint32_t version, const double d[3])
 {
     ca_rgb pixel;
@@ -262,7 +247,8 @@ static double diagram_towards(const ca_image *image, uint32_t version, const dou
         pixel =
             pixel_at(image, (phi < 0.0 ? phi + 2.0 * pi : phi) / (2.0 * pi), acos(fmin(fmax(d[1], -1.0), 1.0)) / pi);
     } else {
-        pixel = towards(image, d);
+        const double exchanged[3] = {d[0], d[2], d[1]};
+        pixel = towards(image, exchanged);
     }
     return ((double)pixel.r + (double)pixel.g + (double)pixel.b) / 3.0;
 }
@@ -314,7 +300,7 @@ void ca_pbrt_read_goniometric(ca_pbrt *p)
     const double wanted = ca_pbrt_number(&p->params, "power", -1.0);
     read_intensity(p, factor);
     if (!file[0]) ca_pbrt_fail(&p->params, "filename", "is missing");
-    if (!ca_import_good(p->importer) || !read_picture(p, file, &image)) return;
+    if (!ca_import_good(p->importer) || !ca_pbrt_read_picture(p, file, CA_ENCODING_SRGB, &image)) return;
     const uint32_t side = image.height < 128 ? 128 : image.height > 1024 ? 1024 : image.height;
     const double has = wanted > 0.0 ? diagram_power(&image, p->version) : 0.0;
     for (int i = 0; i < 3 && wanted > 0.0 && has > 0.0; i++) factor[i] *= wanted / has;

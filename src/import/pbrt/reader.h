@@ -173,6 +173,8 @@ void ca_pbrt_put_number(ca_pbrt *p, ca_xml_node *object, const char *name, const
 ca_pbrt_value ca_pbrt_scaled(ca_pbrt *p, const ca_pbrt_value *value, double factor);
 /* Of a texture: its values to that power, which is positive. */
 ca_pbrt_value ca_pbrt_power(ca_pbrt *p, const ca_pbrt_value *value, double exponent);
+/* The picture that a parameter names; false after failing. */
+bool ca_pbrt_read_picture(ca_pbrt *p, const char *name, ca_image_encoding encoding, ca_image *image);
 /* A bitmap in the tree, for a parameter of that name (NULL: with the id). */
 ca_xml_node *ca_pbrt_add_bitmap(ca_pbrt *p, ca_xml_node *parent, const char *name, const char *file, bool raw);
 

@@ -39,11 +39,20 @@ static void put_material(ca_pbrt *p, ca_xml_node *shape)
     ca_tree_ref(&p->tree, mask, NULL, id);
 }
 
+/* Version 4 has no lights on surfaces that are nothing. */
+static bool shines(const ca_pbrt *p)
+{
+    return p->state.light.shines && !(p->version == 4 && p->state.is_interface);
+}
+
 static void put_light(ca_pbrt *p, ca_xml_node *shape, double area)
 {
     const ca_pbrt_area_light *light = &p->state.light;
     double radiance[3];
-    if (!light->shines) return;
+    if (light->shines && !shines(p))
+        ca_import_note(p->importer, &light->where,
+                       "area lights on surfaces of \"interface\" do not shine, as in pbrt");
+    if (!shines(p)) return;
     if (p->group) {
         ca_import_note(p->importer, &light->where, "area lights in objects do not shine, as in pbrt");
         return;
@@ -100,7 +109,7 @@ static double triangle_area(const ca_mesh *mesh, const ca_matrix *map, const uin
 static double area_of_one(ca_pbrt *p, const ca_mesh *mesh)
 {
     double least = (double)INFINITY, most = 0.0;
-    if (!p->state.light.shines || !(p->state.light.power > 0.0)) return 1.0;
+    if (!shines(p) || !(p->state.light.power > 0.0)) return 1.0;
     for (uint32_t t = 0; t < mesh->triangle_count; t++) {
         const double area = triangle_area(mesh, &p->state.ctm, mesh->indices + 3 * (size_t)t);
         least = fmin(least, area);
@@ -190,7 +199,7 @@ static const double thickness = 2e-5;
 
 static bool is_two_sided(ca_pbrt *p)
 {
-    if (!p->state.light.shines || !p->state.light.two_sided || p->group) return false;
+    if (!shines(p) || !p->state.light.two_sided || p->group) return false;
     ca_import_note(p->importer, &p->state.light.where,
                    "a light with two sides is two surfaces, 1/50000 of its size apart");
     return true;
@@ -403,7 +412,7 @@ static void read_ply(ca_pbrt *p)
         ca_import_fail_memory(p->importer, "a file name");
         return;
     }
-    const uint64_t file = p->state.light.shines ? 0 : ca_reuse_file(path);
+    const uint64_t file = shines(p) ? 0 : ca_reuse_file(path);
     if (put_known_file(p, file)) return;
     const ca_status status = ca_import_ply(path, &mesh, &reason);
     if (status != CA_OK) {
@@ -524,7 +533,7 @@ static double area_scale(const ca_pbrt *p)
 
 static void check_area(ca_pbrt *p)
 {
-    if (p->state.light.shines && p->state.light.power > 0.0 && !ca_import_is_similarity(&p->state.ctm))
+    if (shines(p) && p->state.light.power > 0.0 && !ca_import_is_similarity(&p->state.ctm))
         ca_import_fail(p->importer, &p->params.where, "a light's power needs a shape that is not stretched");
 }
 
@@ -641,7 +650,7 @@ static void read_curve(ca_pbrt *p)
 {
     const bool may_share = !ca_pbrt_find(&p->params, "alpha");
     const char *material = p->state.material ? p->state.material : default_material(p);
-    if (p->state.light.shines && !p->group)
+    if (shines(p) && !p->group)
         ca_import_fail(p->importer, &p->params.where, "curves cannot emit light");
     if (!may_share || !ca_pbrt_goes_on_with_curves(p, material)) {
         ca_pbrt_end_curves(p);

@@ -226,15 +226,32 @@ static ca_pbrt_value put_product(const texture_reading *r, const ca_pbrt_value *
     return (ca_pbrt_value){.id = r->id, .is_bright = a->is_bright || b->is_bright};
 }
 
+/* Version 3's, which may be over 1. */
+static ca_pbrt_value factor_of(const texture_reading *r, const char *name)
+{
+    const ca_pbrt_parameter *parameter = ca_pbrt_find(&r->p->params, name);
+    ca_pbrt_value value = value_of(r, name, 1.0);
+    if (parameter && !r->is_number && parameter->type == CA_PBRT_RGB)
+        ca_pbrt_color(r->p, name, CA_COLOR_EMISSION, value.rgb);
+    return value;
+}
+
+/* A constant that is no factor is a reflectance. */
+static ca_pbrt_value cut_constant(const texture_reading *r, ca_pbrt_value value)
+{
+    for (int i = 0; i < 3 && !value.id && !r->is_number; i++) value.rgb[i] = fmin(value.rgb[i], 1.0);
+    return value;
+}
+
 /* Version 3: tex1 times tex2; version 4: tex times scale, a number. */
 static ca_pbrt_value read_scale(const texture_reading *r)
 {
     ca_pbrt *p = r->p;
     const bool old = ca_pbrt_find(&p->params, "tex1") || ca_pbrt_find(&p->params, "tex2");
-    const ca_pbrt_value a = value_of(r, old ? "tex1" : "tex", 1.0);
-    const ca_pbrt_value b = old ? value_of(r, "tex2", 1.0) : ca_pbrt_number_value(p, "scale", 1.0);
+    const ca_pbrt_value a = old ? factor_of(r, "tex1") : value_of(r, "tex", 1.0);
+    const ca_pbrt_value b = old ? factor_of(r, "tex2") : ca_pbrt_number_value(p, "scale", 1.0);
     if (a.id && b.id) return put_product(r, &a, &b, !old || r->is_number);
-    return a.id ? multiplied(p, &a, b.rgb) : multiplied(p, &b, a.rgb);
+    return cut_constant(r, a.id ? multiplied(p, &a, b.rgb) : multiplied(p, &b, a.rgb));
 }
 
 static ca_pbrt_value read_mix(const texture_reading *r)
@@ -310,6 +327,68 @@ ca_xml_node *ca_pbrt_add_bitmap(ca_pbrt *p, ca_xml_node *parent, const char *nam
     return node;
 }
 
+bool ca_pbrt_read_picture(ca_pbrt *p, const char *name, ca_image_encoding encoding, ca_image *image)
+{
+    ca_error reason;
+    const char *path = ca_import_good(p->importer) ? ca_pbrt_file(p, name) : NULL;
+    if (path) path = ca_document_add_file(&p->importer->document, path);
+    if (!path) {
+        ca_import_fail_memory(p->importer, "a file name");
+        return false;
+    }
+    const ca_status status = ca_image_read(path, encoding, image, &reason);
+    if (status != CA_OK) {
+        ca_import_fail_file(p->importer, &p->params.where, status, &reason);
+        return false;
+    }
+    ca_document_add_content(&p->importer->document, &image->content_hash, sizeof image->content_hash);
+    return true;
+}
+
+/* Version 4 takes a number from alpha, unless it is 1 everywhere, else from the mean of the channels. */
+static double number_at(const ca_image *image, size_t pixel, bool from_alpha)
+{
+    const float *values = image->data + pixel * image->channels;
+    if (from_alpha) return (double)values[3];
+    return ((double)values[0] + (double)values[1] + (double)values[2]) / 3.0;
+}
+
+static bool has_alpha(const ca_image *image)
+{
+    const size_t pixels = (size_t)image->width * image->height;
+    for (size_t i = 0; image->channels == 4 && i < pixels; i++)
+        if (image->data[4 * i + 3] != 1.0f) return true;
+    return false;
+}
+
+/* A bitmap of one channel of a picture that has colours; NULL: it has none, or that failed. */
+static ca_xml_node *add_numbers(const texture_reading *r, const char *file, bool raw)
+{
+    ca_pbrt *p = r->p;
+    ca_image image;
+    ca_tree_bitmap bitmap;
+    ca_xml_node *node = NULL;
+    const ca_image_encoding encoding = raw ? CA_ENCODING_RAW : CA_ENCODING_SRGB;
+    if (!ca_pbrt_read_picture(p, file, encoding, &image)) return NULL;
+    const size_t pixels = (size_t)image.width * image.height;
+    const bool from_alpha = has_alpha(&image);
+    if (image.channels >= 3 && ca_tree_add_bitmap(&p->tree, image.width, image.height, 1, &bitmap)) {
+        for (size_t i = 0; i < pixels; i++) bitmap.pixels[i] = (float)number_at(&image, i, from_alpha);
+        node = ca_tree_object(&p->tree, ca_tree_root(&p->tree), "texture", "bitmap");
+        ca_tree_string(&p->tree, node, "data", bitmap.name);
+    }
+    ca_image_destroy(&image);
+    return node;
+}
+
+static ca_xml_node *add_picture(const texture_reading *r, const char *file)
+{
+    const bool raw = is_raw(r->p);
+    ca_xml_node *numbers =
+        r->is_number && r->p->version == 4 && ca_import_good(r->p->importer) ? add_numbers(r, file, raw) : NULL;
+    return numbers ? numbers : ca_pbrt_add_bitmap(r->p, ca_tree_root(&r->p->tree), NULL, file, raw);
+}
+
 /* By its name: a format that has values over 1. */
 static bool has_large_values(const char *file)
 {
@@ -344,7 +423,7 @@ static ca_pbrt_value read_image(const texture_reading *r)
     const size_t filter = ca_pbrt_choice(&p->params, "filter", filters, CA_COUNT(filters), 0);
     ca_pbrt_value plain = {.is_bright = file && has_large_values(file)};
     ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
-    ca_xml_node *node = ca_pbrt_add_bitmap(p, ca_tree_root(&p->tree), NULL, file ? file : "", is_raw(p));
+    ca_xml_node *node = add_picture(r, file ? file : "");
     ca_tree_set(&p->tree, node, "id", r->id ? r->id : "");
     ca_tree_string(&p->tree, node, "filter_type", filter == 1 ? "nearest" : "bilinear");
     ca_tree_string(&p->tree, node, "wrap_mode", wrap_mode(p));
