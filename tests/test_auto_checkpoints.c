@@ -37,10 +37,11 @@ static const char *file(const char *name)
     return path;
 }
 
-/* Ends after so many iterations of this process. */
+/* Ends after so many iterations of this process; `stop`: or in the next one. */
 typedef struct ending {
     uint32_t after, begun;
     bool has_begun;
+    int stop;
 } ending;
 
 static bool end_after(const ca_render_progress *progress, void *user)
@@ -49,6 +50,13 @@ static bool end_after(const ca_render_progress *progress, void *user)
     if (!e->has_begun) e->begun = (uint32_t)progress->passes_done - 1;
     e->has_begun = true;
     return progress->passes_done - e->begun < e->after;
+}
+
+static bool stop_after(const ca_render_progress *progress, void *user)
+{
+    ending *e = user;
+    if (!end_after(progress, user)) __atomic_store_n(&e->stop, 1, __ATOMIC_SEQ_CST);
+    return true;
 }
 
 static ca_render_settings settings_of(const char *integrator, uint32_t samples, uint32_t threads)
@@ -94,6 +102,7 @@ static uint64_t repeated(const ca_render_settings *settings, const char *path, u
     s.checkpoint_seconds = 0.0;
     s.resume = false;
     s.progress = NULL;
+    s.stop = NULL;
     ca_render_statistics statistics = {.size = sizeof statistics};
     return render(&s, &statistics);
 }
@@ -148,6 +157,31 @@ static void test_goes_on_from_anywhere(void **state)
 }
 
 /* Where paths connect, estimates are of several weightings, and vavcm's weights come from a pilot of their own. */
+/* Within an iteration: image and record are the same, with what is known of the noise, though the first iteration of a
+ * run is left out where its second is stopped; and the render goes on with it. */
+static void test_stopped_within(void **state)
+{
+    (void)state;
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    ca_render_settings s = kept("bdpm", 160, 1);
+    uint32_t left_out = 0;
+    for (uint32_t after = 3; after < 30; after++) {
+        ending e = {.after = after};
+        s.progress = stop_after;
+        s.progress_user = &e;
+        s.stop = &e.stop;
+        unlink(s.checkpoint_path);
+        const uint64_t hash = render(&s, &statistics);
+        if (repeated(&s, s.checkpoint_path, 1) != hash) fail_msg("%u: another image than that of its record", after);
+        left_out += statistics.iterations + 1 == after;
+        s.progress = NULL;
+        s.stop = NULL;
+        const uint64_t whole = render(&s, &statistics);
+        assert_true(statistics.passes_resumed + 1 >= after && repeated(&s, s.checkpoint_path, 2) == whole);
+    }
+    assert_true(left_out >= 2);
+}
+
 static void test_connected_goes_on_from_anywhere(void **state)
 {
     (void)state;
@@ -595,6 +629,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_connected_goes_on_from_anywhere),
         cmocka_unit_test(test_chosen_method_goes_on),      cmocka_unit_test(test_stopped_anywhere),
+        cmocka_unit_test(test_stopped_within),
         cmocka_unit_test(test_more_samples),               cmocka_unit_test(test_all_is_kept),
         cmocka_unit_test(test_connected_estimates_are_kept),
         cmocka_unit_test(test_time_and_noise),             cmocka_unit_test(test_counts),

@@ -19,7 +19,6 @@ enum mesh_flags {
     HAS_NORMALS = 0x0001,
     HAS_UVS = 0x0002,
     HAS_COLORS = 0x0008,
-    FACE_NORMALS = 0x0010,
     SINGLE_PRECISION = 0x1000,
     DOUBLE_PRECISION = 0x2000,
 };
@@ -149,7 +148,6 @@ static ca_status read_mesh(mesh_stream *stream, uint32_t version, ca_mesh *mesh,
                          error));
     CA_TRY(expect_end(stream, error));
     CA_TRY(ca_mesh_validate(mesh, stream->path, error));
-    if (flags & FACE_NORMALS) ca_mesh_drop_normals(mesh);
     ca_mesh_normalize_normals(mesh);
     return CA_OK;
 }

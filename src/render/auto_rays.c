@@ -129,16 +129,16 @@ static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *err
     }
 }
 
-/* The runs of a record. One of fewer than two iterations is left out. */
+/* The runs of a record. Of one of fewer than two iterations the numbers of rays are told, and the rest is left out. */
 static ca_status repeat_all(ca_auto_rays *a, ca_error *error)
 {
     const ca_auto_group *group;
     for (; (group = ca_auto_script_group(a)) != NULL && !a->progress.stopped; a->script_next++) {
         ca_auto_outcome outcome;
         const ca_auto_run run = {.measures = group->measures};
-        if (group->kind != CA_AUTO_GROUP_RUN || group->iterations < 2) continue;
+        if (group->kind != CA_AUTO_GROUP_RUN) continue;
         ca_auto_use_group(a, group);
-        CA_TRY(ca_auto_run_do(a, &run, 0.0, &outcome, error));
+        if (group->iterations >= 2) CA_TRY(ca_auto_run_do(a, &run, 0.0, &outcome, error));
     }
     return CA_OK;
 }

@@ -18,9 +18,15 @@ void ca_auto_weights(const ca_auto_rays *a, double weights[CA_PILOT_HALVES])
         for (int h = 0; h < CA_PILOT_HALVES; h++) weights[h] = a->render_iterations == 0 ? 0.0 : a->script.weights[h];
         return;
     }
-    const double now = fmin(ca_auto_work(&a->goal, &a->progress), ca_auto_work_end(&a->goal));
+    ca_auto_progress progress = a->progress;
+    uint32_t iterations = a->render_iterations;
+    if (a->work && a->work->iterations < 2) { /* which the image leaves out */
+        progress.camera_paths -= a->work->iterations * a->numbers.mean;
+        iterations -= a->work->iterations;
+    }
+    const double now = fmin(ca_auto_work(&a->goal, &progress), ca_auto_work_end(&a->goal));
     for (int h = 0; h < CA_PILOT_HALVES; h++)
-        weights[h] = a->render_iterations == 0
+        weights[h] = iterations == 0
                          ? 0.0
                          : ca_pilot_render_weight(&a->verdicts[h], &a->goal, now - a->pilot_work, pilot_worth(a));
 }

@@ -134,12 +134,15 @@ static ca_status fit_memory(ca_auto_rays *a, const ca_pilot_decision *decision, 
     return CA_OK;
 }
 
-static ca_pilot_decision decide_by_script(const ca_auto_rays *a)
+static ca_pilot_decision decide_by_script(ca_auto_rays *a)
 {
     const ca_auto_group *group = ca_auto_script_group(a);
     ca_pilot_decision decision = {.step = CA_PILOT_END};
     if (a->progress.stopped || !group || group->kind == CA_AUTO_GROUP_RUN) return decision;
-    if (group->iterations < CA_PILOT_HALVES) return decision;
+    if (group->iterations < CA_PILOT_HALVES) {
+        ca_auto_use_group(a, group); /* what it told */
+        return decision;
+    }
     decision.step = group->kind == CA_AUTO_GROUP_RAMP ? CA_PILOT_RAMP : CA_PILOT_ORDINARY;
     decision.numbers = (ca_pilot_numbers){group->light_paths, group->camera_paths};
     return decision;

@@ -111,8 +111,8 @@ static void join(ca_auto_rays *a, const ca_auto_work_film *work)
     ca_joined_film_add(&a->render, &work->film, share);
     a->shares += share;
     a->runs++;
-    if (!work->run->measures || a->ended_early) return;
-    a->plain_seconds = work->plain_seconds / work->plain; /* the second iteration is plain */
+    if (!work->run->measures || a->failure != CA_OK) return;
+    if (work->plain > 0) a->plain_seconds = work->plain_seconds / work->plain;
     ca_auto_learn(a, &work->pairs, work->gathering);
 }
 
