@@ -157,8 +157,8 @@ static void test_goes_on_from_anywhere(void **state)
 }
 
 /* Where paths connect, estimates are of several weightings, and vavcm's weights come from a pilot of their own. */
-/* Within an iteration: image and record are the same, with what is known of the noise, though the first iteration of a
- * run is left out where its second is stopped; and the render goes on with it. */
+/* Within an iteration: image and record are the same, with what is known of the noise. A run that is stopped in its
+ * second iteration leaves out its first, and the render goes on with it. */
 static void test_stopped_within(void **state)
 {
     (void)state;

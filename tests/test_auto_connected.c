@@ -61,9 +61,20 @@ static double predict(const ca_auto_nodes *nodes, double light_paths)
     return ca_connected_expect(&image, light_paths, CAMERA_PATHS).variance;
 }
 
+/* Of the relative objective: each pixel's is of the mean of its neighbours. */
+static void assert_smoothed(const ca_auto_nodes *nodes, const ca_pair_film *means)
+{
+    double luminance2[CROP_PIXELS], weights[CROP_PIXELS];
+    for (size_t p = 0; p < CROP_PIXELS; p++)
+        luminance2[p] = ca_noise_excess_of(&means->means[p], ITERATIONS).luminance2;
+    ca_ray_weights(CROP_WIDTH, CROP_HEIGHT, 2, CA_RAYS_RELATIVE, luminance2, weights);
+    assert_memory_equal(nodes->weights, weights, sizeof weights);
+}
+
 /* What a pilot with these numbers gathers. */
 static void add_pilot(const ca_scene *scene, uint64_t seed, ca_auto_nodes *nodes)
 {
+    const bool first = !nodes->weighted;
     static const uint32_t camera_paths[1] = {CAMERA_PATHS};
     ca_pair_numbers others[CA_AUTO_MOST_OTHERS];
     const uint32_t count = ca_auto_nodes_others(nodes->first, LIGHT_PATHS, CAMERA_PATHS, others);
@@ -79,6 +90,7 @@ static void add_pilot(const ca_scene *scene, uint64_t seed, ca_auto_nodes *nodes
                                           .light_paths = LIGHT_PATHS,
                                           .camera_paths = camera_paths},
                       CA_RAYS_RELATIVE);
+    if (first) assert_smoothed(nodes, &means);
     means.others = NULL;
     means.other_count = 0;
     ca_pair_film_destroy(&means);

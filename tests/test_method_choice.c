@@ -60,8 +60,13 @@ static void test_first_methods(void **state)
     assert_int_equal(merging, 4);
     const ca_method path = {.type = &ca_integrator_path}, vcm = {.type = &ca_integrator_vcm};
     const ca_method ppm = {.type = &ca_integrator_ppm};
-    assert_true(ca_method_blur(&path) == 1.0 && ca_method_blur(&vcm) > 1.0);
-    assert_true(ca_method_blur(&ppm) > ca_method_blur(&vcm));
+    assert_true(ca_method_blur(&path, 0.5) == 1.0 && ca_method_blur(&vcm, 0.0) > 1.0);
+    assert_true(ca_method_blur(&ppm, 0.0) > ca_method_blur(&vcm, 0.0));
+    /* Where connections find nothing both merge all. */
+    const double all = ca_method_blur(&ppm, 0.0);
+    assert_true(ca_method_blur(&vcm, 1.0) == all && ca_method_blur(&ppm, 1.0) == all);
+    assert_true(ca_method_blur(&vcm, 0.5) > ca_method_blur(&vcm, 0.25) && ca_method_blur(&vcm, 0.5) < all);
+    assert_true(ca_method_blur(&vcm, -0.1) == ca_method_blur(&vcm, 0.0) && ca_method_blur(&vcm, 1.1) == all);
     assert_int_equal(alone, 1);
 }
 

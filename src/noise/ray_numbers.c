@@ -59,44 +59,47 @@ static ca_status check_image(const ca_ray_image *image, ca_error *error)
 
 /* ---- Smoothing ------------------------------------------------------------------------------------------------- */
 
+typedef struct smoothing {
+    uint32_t width, height; /* of a plane */
+    uint32_t radius;        /* pixels to each side; 0: none */
+} smoothing;
+
 /* The average over a box of `radius` pixels to each side, cut at the border. */
-static double box_average(const ca_ray_image *image, const double *plane, uint32_t x, uint32_t y, uint32_t radius)
+static double box_average(const smoothing *s, const double *plane, uint32_t x, uint32_t y, uint32_t radius)
 {
     const uint32_t x0 = x > radius ? x - radius : 0, y0 = y > radius ? y - radius : 0;
-    const uint32_t x1 = radius < image->width - x ? x + radius + 1 : image->width;
-    const uint32_t y1 = radius < image->height - y ? y + radius + 1 : image->height;
+    const uint32_t x1 = radius < s->width - x ? x + radius + 1 : s->width;
+    const uint32_t y1 = radius < s->height - y ? y + radius + 1 : s->height;
     double sum = 0.0;
     for (uint32_t row = y0; row < y1; row++)
-        for (uint32_t column = x0; column < x1; column++) sum += plane[(size_t)row * image->width + column];
+        for (uint32_t column = x0; column < x1; column++) sum += plane[(size_t)row * s->width + column];
     return sum / ((double)(x1 - x0) * (y1 - y0));
 }
 
 /* The first positive average from `radius` on. */
-static double positive_average(const ca_ray_image *image, const double *plane, uint32_t x, uint32_t y)
+static double positive_average(const smoothing *s, const double *plane, uint32_t x, uint32_t y)
 {
     for (uint32_t radius = 0; radius <= LARGEST_BOX; radius++) {
-        const double average = box_average(image, plane, x, y, radius);
+        const double average = box_average(s, plane, x, y, radius);
         if (average > 0.0) return average;
     }
     return 0.0;
 }
 
 /* As ray_numbers.h says; `given` is read and, as `result`, written. */
-static void smooth(const chooser *c, double *given, double *result)
+static void smooth(const smoothing *s, double *given, double *result)
 {
-    const ca_ray_image *image = c->image;
-    const size_t count = c->search.count;
+    const size_t count = (size_t)s->width * s->height;
     double sum = 0.0, positive_sum = 0.0;
     for (size_t i = 0; i < count; i++) sum += given[i];
-    if (c->settings->smoothing > 0) {
+    if (s->radius > 0) {
         for (size_t i = 0; i < count; i++)
-            result[i] = box_average(image, given, (uint32_t)(i % image->width), (uint32_t)(i / image->width),
-                                    c->settings->smoothing);
+            result[i] = box_average(s, given, (uint32_t)(i % s->width), (uint32_t)(i / s->width), s->radius);
         for (size_t i = 0; i < count; i++) given[i] = result[i];
     }
-    bool changed = c->settings->smoothing > 0;
+    bool changed = s->radius > 0;
     for (size_t i = 0; i < count; i++) {
-        result[i] = positive_average(image, given, (uint32_t)(i % image->width), (uint32_t)(i / image->width));
+        result[i] = positive_average(s, given, (uint32_t)(i % s->width), (uint32_t)(i / s->width));
         changed = changed || result[i] != given[i];
         positive_sum += result[i];
     }
@@ -110,29 +113,50 @@ static void smooth_estimates(chooser *c)
     const ca_ray_pixel *pixels = c->image->pixels;
     ca_ray_term *terms = c->search.terms;
     const size_t count = c->search.count;
+    const smoothing s = {c->image->width, c->image->height, c->settings->smoothing};
     double *given = c->plane, *result = c->luminance2;
     for (size_t i = 0; i < count; i++)
         given[i] = pixels[i].pair - pixels[i].camera - pixels[i].light + pixels[i].luminance2;
-    smooth(c, given, result);
+    smooth(&s, given, result);
     for (size_t i = 0; i < count; i++)
         terms[i].interaction = result[i], given[i] = pixels[i].camera - pixels[i].luminance2;
-    smooth(c, given, result);
+    smooth(&s, given, result);
     for (size_t i = 0; i < count; i++) terms[i].camera = result[i], given[i] = pixels[i].light - pixels[i].luminance2;
-    smooth(c, given, result);
+    smooth(&s, given, result);
     for (size_t i = 0; i < count; i++) terms[i].light = result[i], given[i] = pixels[i].luminance2;
-    smooth(c, given, result);
+    smooth(&s, given, result);
 }
 
 /* ---- Objectives ------------------------------------------------------------------------------------------------ */
 
+static double mean_of(const double *values, size_t count)
+{
+    double mean = 0.0;
+    for (size_t i = 0; i < count; i++) mean += values[i] / (double)count;
+    return mean;
+}
+
+static double weight_of(double luminance2, double mean, size_t count, ca_ray_objective objective)
+{
+    const bool relative = objective == CA_RAYS_RELATIVE && mean > 0.0;
+    return 1.0 / (double)count / (relative ? luminance2 + CA_RAYS_RELATIVE_DELTA * mean : 1.0);
+}
+
+void ca_ray_weights(uint32_t width, uint32_t height, uint32_t radius, ca_ray_objective objective,
+                    double *luminance2, double *weights)
+{
+    const size_t count = (size_t)width * height;
+    smooth(&(smoothing){width, height, radius}, luminance2, weights);
+    const double mean = mean_of(weights, count);
+    for (size_t i = 0; i < count; i++) weights[i] = weight_of(weights[i], mean, count, objective);
+}
+
 static void set_weights(chooser *c)
 {
-    const double count = (double)c->search.count;
-    double mean = 0.0;
-    for (size_t i = 0; i < c->search.count; i++) mean += c->luminance2[i] / count;
-    const bool relative = c->settings->objective == CA_RAYS_RELATIVE && mean > 0.0;
-    for (size_t i = 0; i < c->search.count; i++)
-        c->search.terms[i].weight = 1.0 / count / (relative ? c->luminance2[i] + CA_RAYS_RELATIVE_DELTA * mean : 1.0);
+    const size_t count = c->search.count;
+    const double mean = mean_of(c->luminance2, count);
+    for (size_t i = 0; i < count; i++)
+        c->search.terms[i].weight = weight_of(c->luminance2[i], mean, count, c->settings->objective);
 }
 
 static double variance_of(const ca_ray_term *term, double light_paths, double camera_paths)

@@ -99,6 +99,10 @@ typedef struct ca_ray_numbers {
  * decile (a tenth of a second and five seconds for 512 x 512 pixels). */
 ca_status ca_ray_numbers_choose(ca_ray_numbers *numbers, const ca_ray_image *image, const ca_ray_settings *settings,
                                 ca_error *error);
+/* w_p from estimates of L^2 of [width * height] pixels, which are smoothed in place; of the worst decile those of the
+ * mean. `weights` is as long and another array. */
+void ca_ray_weights(uint32_t width, uint32_t height, uint32_t smoothing, ca_ray_objective objective,
+                    double *luminance2, double *weights);
 /* Makes these the best numbers: the same camera paths for so many pixels. Errors: CA_ERROR_MEMORY. */
 ca_status ca_ray_numbers_use_uniform(ca_ray_numbers *numbers, const ca_ray_choice *uniform, size_t pixels,
                                      ca_error *error);

@@ -17,6 +17,9 @@ typedef struct ca_auto_known {
     float weight;              /* pairs of paths; 0: nothing is known */
 } ca_auto_known;
 
+/* Objective and choice average over 5 x 5 pixels: with fewer, the choice follows the noise of the estimates. */
+enum { CA_AUTO_SMOOTHING = 2 };
+
 /* What some iterations with the same numbers of paths have gathered. */
 typedef struct ca_auto_gathered {
     const ca_pair_film *pairs; /* means */

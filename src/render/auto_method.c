@@ -326,7 +326,7 @@ static ca_method_score score_of(const chooser *c, uint32_t i)
     const double dot_square = merges ? (double)INFINITY : CA_DOT_SQUARE;
     return (ca_method_score){.variance = ca_method_trial_variance(&c->trials[i], c->weights, dot_square),
                              .dots = dots_of(c, i),
-                             .blur = ca_method_blur(&c->methods[i]),
+                             .blur = ca_method_blur(&c->methods[i], c->lost),
                              .seconds = ca_method_trial_seconds(&c->trials[i])};
 }
 

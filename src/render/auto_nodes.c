@@ -13,12 +13,14 @@ ca_status ca_auto_nodes_create(ca_auto_nodes *nodes, size_t pixels, double first
 {
     *nodes = (ca_auto_nodes){.first = first, .pixels = pixels};
     nodes->weights = ca_alloc_zeroed(pixels, sizeof *nodes->weights);
-    return nodes->weights ? CA_OK : ca_fail_memory(error, "the numbers of rays");
+    nodes->plane = ca_alloc(pixels, sizeof *nodes->plane);
+    return nodes->weights && nodes->plane ? CA_OK : ca_fail_memory(error, "the numbers of rays");
 }
 
 void ca_auto_nodes_destroy(ca_auto_nodes *nodes)
 {
     ca_free(nodes->weights);
+    ca_free(nodes->plane);
     *nodes = (ca_auto_nodes){0};
 }
 
@@ -70,17 +72,10 @@ static ca_auto_node *node_of(ca_auto_nodes *nodes, uint32_t light_paths)
 /* As ray_numbers.h has them. */
 static void set_weights(ca_auto_nodes *nodes, const ca_auto_gathered *g, ca_ray_objective objective)
 {
-    const double pixels = (double)nodes->pixels;
-    double mean = 0.0;
-    for (size_t p = 0; p < nodes->pixels; p++) {
-        nodes->weights[p] = ca_noise_excess_of(&g->pairs->means[p], g->iterations).luminance2;
-        mean += nodes->weights[p] / pixels;
-    }
-    const bool relative = objective == CA_RAYS_RELATIVE && mean > 0.0;
-    for (size_t p = 0; p < nodes->pixels; p++) {
-        const double luminance2 = fmax(nodes->weights[p], 0.0);
-        nodes->weights[p] = 1.0 / (pixels * (relative ? luminance2 + CA_RAYS_RELATIVE_DELTA * mean : 1.0));
-    }
+    const ca_pair_film *film = g->pairs;
+    for (size_t p = 0; p < nodes->pixels; p++)
+        nodes->plane[p] = ca_noise_excess_of(&film->means[p], g->iterations).luminance2;
+    ca_ray_weights(film->width, film->height, CA_AUTO_SMOOTHING, objective, nodes->plane, nodes->weights);
     nodes->weighted = true;
 }
 

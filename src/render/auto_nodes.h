@@ -8,7 +8,7 @@
  *
  * A pixel's weight in the objective is fixed by the first that is added: nodes are sums with the same weights.
  *
- * State: 8 bytes a pixel. */
+ * State: 16 bytes a pixel. */
 #ifndef CA_RENDER_AUTO_NODES_H
 #define CA_RENDER_AUTO_NODES_H
 
@@ -26,6 +26,7 @@ typedef struct ca_auto_nodes {
     double first;    /* N_F of the pilot */
     size_t pixels;
     double *weights; /* owned; w_p, once something was added */
+    double *plane;   /* owned; for making these */
     bool weighted;
     ca_auto_node items[CA_AUTO_MOST_NODES]; /* by ascending numbers of light paths */
     uint32_t count;

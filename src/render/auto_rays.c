@@ -129,7 +129,7 @@ static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *err
     }
 }
 
-/* The runs of a record. Of one of fewer than two iterations the numbers of rays are told, and the rest is left out. */
+/* The runs of a record. One of fewer than two iterations is left out, but for its numbers of rays. */
 static ca_status repeat_all(ca_auto_rays *a, ca_error *error)
 {
     const ca_auto_group *group;

@@ -33,7 +33,7 @@
  *
  * A render that is kept in a checkpoint takes 100 more: what an iteration adds to the pairs before it is complete,
  * 72, and the numbers of each run, 7 x 4. Where paths connect a pixel takes 1508: each film of means of pairs has 440
- * more, of connections and with the weights of four other numbers of light paths (auto_nodes.h), and 8 instead of 24
+ * more, of connections and with the weights of four other numbers of light paths (auto_nodes.h), and 16 instead of 24
  * are known; a checkpoint then takes 360 more, 72 for each of the five weightings.
  *
  * A picture while the render goes on takes 320 more while it is made, beside its layers. The light paths of an

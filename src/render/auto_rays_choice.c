@@ -4,7 +4,6 @@
 
 #include <string.h>
 
-enum { SMOOTHING = 2 }; /* averages over 5 x 5 pixels: with fewer, the choice follows the noise of the estimates */
 enum { LEAST_LIGHT_PATHS = 2, LIMIT_STEPS = 40 };
 static const double as_good = 1.03;           /* variance x time over the best */
 static const double shortest_seconds = 1e-10; /* what takes no measurable time still needs a time above 0 */
@@ -191,7 +190,7 @@ static ca_ray_settings settings_of(const ca_auto_rays *a, const ca_auto_limits *
 {
     const ca_pilot_numbers pilot = a->ordinary.numbers;
     return (ca_ray_settings){.objective = a->plan->objective,
-                             .smoothing = SMOOTHING,
+                             .smoothing = CA_AUTO_SMOOTHING,
                              .min_light_paths = LEAST_LIGHT_PATHS,
                              .max_light_paths = ca_auto_most_light_paths(limits, a->plan->input.memory_bytes > 0.0),
                              .max_camera_paths = most_camera_paths(a, limits->reach),

@@ -35,10 +35,11 @@ bool ca_method_has_light_paths(const ca_method *method)
 
 bool ca_method_merges(const ca_method *method) { return method->type->rules->merge != CA_MERGE_NONE; }
 
-double ca_method_blur(const ca_method *method)
+double ca_method_blur(const ca_method *method, double merged_only)
 {
     if (!ca_method_merges(method)) return 1.0;
-    return method->type->rules->connect ? SOME_BLUR : BLUR;
+    if (!method->type->rules->connect) return BLUR;
+    return SOME_BLUR + (BLUR - SOME_BLUR) * fmin(fmax(merged_only, 0.0), 1.0);
 }
 
 double ca_method_cost(const ca_method_score *score)

@@ -35,8 +35,9 @@ bool ca_method_merges(const ca_method *method);
 
 /* What its error is expected to be over its variance: 1 without merges, which blur. A radius of least error
  * (photon/radius_choice.h) has a square of the blur of half the variance where light changes smoothly, and of twice
- * the variance at edges, where all light is merged. */
-double ca_method_blur(const ca_method *method);
+ * the variance at edges, where all light is merged. Methods that connect merge what connections do not find,
+ * `merged_only` of all light, and little of the rest. */
+double ca_method_blur(const ca_method *method, double merged_only);
 
 /* Variance x blur x time; INFINITY: never. */
 double ca_method_cost(const ca_method_score *score);

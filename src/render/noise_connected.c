@@ -1,5 +1,6 @@
 /* Numbers of paths where they connect: from a measurement with the weights of several numbers of light paths to the
  * numbers with the least variance x time (noise/connected_numbers.h). */
+#include "base/memory.h"
 #include "noise/connected_numbers.h"
 #include "render/noise.h"
 #include "render/noise_plan.h"
@@ -42,35 +43,25 @@ static uint32_t find_nodes(const ca_pair_film *film, ca_connected_node nodes[1 +
     return count;
 }
 
-/* In the objective, as ray_numbers.h has it. */
-static double pixel_weight(const ca_pair_film *film, size_t pixel, ca_ray_objective objective, double mean_luminance2)
+/* With the objective's weights. */
+static ca_status sum_nodes(const ca_pair_film *film, ca_ray_objective objective, const ca_pair_film *const *others,
+                           ca_connected_node *nodes, uint32_t count, ca_error *error)
 {
-    const double pixels = (double)film->width * film->height;
-    if (objective != CA_RAYS_RELATIVE || !(mean_luminance2 > 0.0)) return 1.0 / pixels;
-    const double luminance2 = ca_noise_components_of(&film->pixels[pixel]).luminance2.value;
-    return 1.0 / (pixels * (fmax(luminance2, 0.0) + CA_RAYS_RELATIVE_DELTA * mean_luminance2));
-}
-
-static double mean_luminance2(const ca_pair_film *film)
-{
-    double sum = 0.0;
     const size_t pixels = (size_t)film->width * film->height;
-    for (size_t p = 0; p < pixels; p++) sum += ca_noise_components_of(&film->pixels[p]).luminance2.value;
-    return sum / (double)pixels;
-}
-
-static void sum_nodes(const ca_pair_film *film, ca_ray_objective objective, const ca_pair_film *const *others,
-                      ca_connected_node *nodes, uint32_t count)
-{
-    const double mean = mean_luminance2(film);
-    for (uint32_t i = 0; i < count; i++) nodes[i].sums = (ca_noise_coefficients){0};
-    for (size_t p = 0; p < (size_t)film->width * film->height; p++) {
-        const double weight = pixel_weight(film, p, objective, mean);
-        for (uint32_t i = 0; i < count; i++) {
+    double *luminance2 = ca_alloc(2 * pixels, sizeof *luminance2);
+    if (!luminance2) return ca_fail_memory(error, "the numbers of rays");
+    double *weights = luminance2 + pixels;
+    for (size_t p = 0; p < pixels; p++) luminance2[p] = ca_noise_components_of(&film->pixels[p]).luminance2.value;
+    ca_ray_weights(film->width, film->height, CA_NOISE_SMOOTHING, objective, luminance2, weights);
+    for (uint32_t i = 0; i < count; i++) {
+        nodes[i].sums = (ca_noise_coefficients){0};
+        for (size_t p = 0; p < pixels; p++) {
             const ca_noise_coefficients c = ca_noise_coefficients_at(film, others[i], p);
-            ca_noise_coefficients_add(&nodes[i].sums, &c, weight);
+            ca_noise_coefficients_add(&nodes[i].sums, &c, weights[p]);
         }
     }
+    ca_free(luminance2);
+    return CA_OK;
 }
 
 ca_status ca_noise_choose_connected(const ca_pair_film *film, const ca_ray_times *times, const ca_ray_costs *costs,
@@ -83,7 +74,7 @@ ca_status ca_noise_choose_connected(const ca_pair_film *film, const ca_ray_times
                                 .node_count = find_nodes(film, nodes, others),
                                 .fixed_time = fmax(costs->iteration, 0.0),
                                 .light_time = fmax(costs->light_path, CA_NOISE_SHORTEST_SECONDS)};
-    sum_nodes(film, objective, others, nodes, (uint32_t)image.node_count);
+    CA_TRY(sum_nodes(film, objective, others, nodes, (uint32_t)image.node_count, error));
     for (uint32_t y = 0; y < film->height; y++)
         for (uint32_t x = 0; x < film->width; x++) {
             double camera_time, merge_time;

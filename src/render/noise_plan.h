@@ -8,6 +8,8 @@
 
 /* Numbers of paths whose weights are measured with, at most. */
 enum { CA_NOISE_MOST_OTHERS = 64 };
+/* Estimates are averaged over 3 x 3 pixels. */
+enum { CA_NOISE_SMOOTHING = 1 };
 
 /* Not copied, for the plan points into it. */
 typedef struct ca_noise_plan {

@@ -13,8 +13,6 @@
 /* No more than so many times the measured light paths are recommended: further away the smallest terms decide, which
  * are the least certain ones. */
 enum { MOST_TIMES_MEASURED = 128 };
-/* Estimates are averaged over 3 x 3 pixels. */
-enum { SMOOTHING = 1 };
 /* Passes of N_F / LIGHT_STEP and of N_F LIGHT_STEP are timed, with at most so many camera paths. */
 enum { TIMED_PASSES = 3, LIGHT_STEP = 2, TIMED_CAMERA_PATHS = 4, TIMED_AGAIN_CAMERA_PATHS = 2, LEVELS = 3 };
 /* Costs are measured again for numbers further away than this factor. */
@@ -69,7 +67,7 @@ static ca_status choose(const ca_noise *noise, const ca_ray_times *times, const 
                                 .fixed_time = costs->iteration,
                                 .light_time = fmax(costs->light_path, shortest)};
     const ca_ray_settings settings = {.objective = objective,
-                                      .smoothing = SMOOTHING,
+                                      .smoothing = CA_NOISE_SMOOTHING,
                                       .min_light_paths = 1,
                                       .max_light_paths = most,
                                       .max_camera_paths = noise->light_paths_only ? 1 : 0,
