@@ -45,8 +45,7 @@ static const ca_option options[] = {
      .kind = CA_OPTION_POSITIVE,
      AT(settings.noise_percent),
      GIVEN(has_noise),
-     .help = "instead: stop when the image's relative standard error is below this; a picture that stays black is "
-             "given up"},
+     .help = "instead: stop when the image's relative standard error is below this"},
     {.name = "blocks",
      .argument = "A:B",
      .kind = CA_OPTION_RANGE,
