@@ -4,8 +4,8 @@
     PYTHONPATH=build/python/modules build/python/environment/bin/python scripts/bench-auto-bars.py [--seconds S] [--size N]
         [--seeds K] [--only SCENE]
 
-Each scene is rendered K times for S seconds. A pixel's expectation is the mean of the other renders, whose own noise lets an
-interval of 95 % hold it in 95 % - 11 % / (K - 1) of cases: 94.7 % with 40 renders. Prints a table in Markdown: the
+Each of the first five scenes is rendered K times for S seconds. A pixel's expectation is the mean of the other renders, whose own
+noise lets an interval of 95 % hold it in 95 % - 11 % / (K - 1) of cases: 94.7 % with 40 renders. Prints a table in Markdown: the
 share of pixels with noise and a finite interval, of these the widened ones, and how often either kind holds the luminance's
 expectation. The limits are 95 % intervals over renders, since pixels of one render are not independent."""
 import argparse
@@ -14,14 +14,8 @@ import statistics
 
 import caustica
 import numpy as np
+from auto_scenes import SCENES
 
-SCENES = (
-    ("bare wall", "scenes/weights/bare-wall.xml"),
-    ("Cornell box", "scenes/cornell-box/cornell-box.xml"),
-    ("mirror and glass", "scenes/speed/cornell-spheres.xml"),
-    ("caustics", "scenes/caustics/caustics.xml"),
-    ("lens", "scenes/weights/lens.xml"),
-)
 LUMINANCE = np.array([0.212671, 0.715160, 0.072169])
 NO_NOISE = 1e-5  # of the expectation: a pixel without noise has an interval of a float's last digits
 
@@ -69,7 +63,7 @@ def main():
     options = parser.parse_args()
     print("| scene | noisy, finite | widened | ordinary ones hold, % | widened ones hold, % | chosen |", flush=True)
     print("|---|---|---|---|---|---|", flush=True)
-    for name, file in SCENES:
+    for name, file in SCENES[:5]:
         if not options.only or options.only in name:
             print(row(name, file, options), flush=True)
 

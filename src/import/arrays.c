@@ -8,14 +8,45 @@
 #include "base/text.h"
 
 #include <assert.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
 /* ---- Names ----------------------------------------------------------------------------------------------------- */
 
-/* NULL `nearest`: there are none. */
-static void fail_unknown(const char *what, const char *name, const char *nearest, ca_error *error)
+/* Things that begin with a name. */
+typedef struct named {
+    const void *items;
+    size_t size, count; /* of one, in bytes; of all */
+} named;
+#define NAMED(items, count) {(items), sizeof *(items), (count)}
+_Static_assert(offsetof(ca_mesh_data, name) == 0 && offsetof(ca_bitmap_data, name) == 0 &&
+                   offsetof(ca_import_mesh, name) == 0,
+               "they begin with a name");
+
+static const char *name_at(const named *all, size_t i)
 {
+    const void *item = (const char *)all->items + i * all->size;
+    return *(const char *const *)item;
+}
+
+/* Its index; `count`: there is none. Mostly arrays are asked for one after another: the search begins at *next, which
+ * is left behind what was found. */
+static size_t find_name(const named *all, const char *name, size_t *next)
+{
+    for (size_t i = 0; i < all->count; i++) {
+        const size_t k = (*next + i) % all->count;
+        if (strcmp(name_at(all, k), name) != 0) continue;
+        *next = k + 1;
+        return k;
+    }
+    return all->count;
+}
+
+static void fail_unknown(const char *what, const char *name, const named *all, ca_error *error)
+{
+    const char *nearest = NULL;
+    for (size_t i = 0; i < all->count; i++) nearest = ca_nearer_name(name, nearest, name_at(all, i));
     if (nearest)
         ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\" among the arrays; the nearest name is \"%s\"",
                 what, name, nearest);
@@ -23,33 +54,22 @@ static void fail_unknown(const char *what, const char *name, const char *nearest
         ca_fail(error, CA_ERROR_SCENE, NULL, "there is no %s \"%s\": none is given as arrays", what, name);
 }
 
-/* Mostly arrays are asked for one after another: the search begins behind the last. */
 const ca_mesh_data *ca_import_find_mesh(ca_importer *importer, const char *name, ca_error *error)
 {
-    const ca_scene_source *source = importer->source;
-    const char *nearest = NULL;
-    for (size_t i = 0; i < source->mesh_count; i++) {
-        const size_t k = (importer->next_given_mesh + i) % source->mesh_count;
-        if (strcmp(source->meshes[k].name, name) != 0) continue;
-        importer->next_given_mesh = k + 1;
-        return &source->meshes[k];
-    }
-    for (size_t i = 0; i < source->mesh_count; i++) nearest = ca_nearer_name(name, nearest, source->meshes[i].name);
-    fail_unknown("mesh", name, nearest, error);
+    const ca_mesh_data *meshes = importer->source->meshes;
+    const named all = NAMED(meshes, importer->source->mesh_count);
+    const size_t k = find_name(&all, name, &importer->next_given_mesh);
+    if (k < all.count) return &meshes[k];
+    fail_unknown("mesh", name, &all, error);
     return NULL;
 }
 
-/* Likewise. */
 ca_import_mesh *ca_import_find_made(ca_importer *importer, const char *name)
 {
-    const size_t count = importer->arrays.meshes.count;
-    for (size_t i = 0; i < count; i++) {
-        const size_t k = (importer->next_mesh + i) % count;
-        if (strcmp(importer->arrays.meshes.items[k].name, name) != 0) continue;
-        importer->next_mesh = k + 1;
-        return &importer->arrays.meshes.items[k];
-    }
-    return NULL;
+    ca_import_mesh *meshes = importer->arrays.meshes.items;
+    const named all = NAMED(meshes, importer->arrays.meshes.count);
+    const size_t k = find_name(&all, name, &importer->next_mesh);
+    return k < all.count ? &meshes[k] : NULL;
 }
 
 ca_curve *ca_import_take_made_curve(ca_importer *importer, const char *name, ca_error *error)
@@ -61,7 +81,7 @@ ca_curve *ca_import_take_made_curve(ca_importer *importer, const char *name, ca_
         made->curve = NULL;
         return curve;
     }
-    fail_unknown("curve", name, NULL, error);
+    fail_unknown("curve", name, &(named){NULL, 0, 0}, error);
     return NULL;
 }
 
@@ -70,15 +90,10 @@ static const ca_bitmap_data *find_bitmap(ca_importer *importer, const char *name
     const bool made = importer->arrays.bitmaps.count > 0;
     const ca_bitmap_data *bitmaps = made ? importer->arrays.bitmaps.items : importer->source->bitmaps;
     const size_t count = made ? importer->arrays.bitmaps.count : importer->source->bitmap_count;
-    const char *nearest = NULL;
-    for (size_t i = 0; i < count; i++) {
-        const size_t k = (importer->next_bitmap + i) % count;
-        if (strcmp(bitmaps[k].name, name) != 0) continue;
-        importer->next_bitmap = k + 1;
-        return &bitmaps[k];
-    }
-    for (size_t i = 0; i < count; i++) nearest = ca_nearer_name(name, nearest, bitmaps[i].name);
-    fail_unknown("bitmap", name, nearest, error);
+    const named all = NAMED(bitmaps, count);
+    const size_t k = find_name(&all, name, &importer->next_bitmap);
+    if (k < count) return &bitmaps[k];
+    fail_unknown("bitmap", name, &all, error);
     return NULL;
 }
 
