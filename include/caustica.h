@@ -267,18 +267,19 @@ typedef struct ca_render_settings {
     uint64_t blocks[2];    /* render these only, half open, counted from 0; instead of samples_per_pixel */
     /* Render these passes only, half open, counted from 0, instead of samples_per_pixel (with replicates, which that
      * number is divided by, whole groups of them). A pass is a function of scene, settings and its number. Refused
-     * with noise_percent, with the integrator `auto` and with rays. */
+     * with noise_percent, with the integrator `auto` (but where `rays` is a picture, which names the method), and
+     * with rays that are chosen or repeated. */
     bool has_passes;
     uint64_t passes[2];
     const char *part_path; /* also write the sums of the passes or blocks to this file, for ca_merge_parts */
     /* File in which a render is kept while it goes on (NULL: none), so that little is lost with it: after each so
      * many seconds (0: every 300 s, or 100 times what the last one took to write, if that is more), and at its end.
      * With `resume` the render goes on from the file where there is one, to the bits of a render without a break;
-     * its samples, time, noise target, threads and memory may be others, all else must be the same. Without
-     * `resume` the file must not exist. The file is locked against other renders (PATH.lock). One that cannot be
-     * written is told by the progress callback; the render goes on, and CA_ERROR_FILE is returned if the last one
-     * failed. With rays "auto" the file has what was decided, too, and the bits are those of `rays` with that file.
-     * Refused with strategies_directory. */
+     * its samples, time, noise target, threads and memory may be others, all else must be the same (with replicates
+     * the samples, too, and with blocks=filled the memory). Without `resume` the file must not exist. The file is
+     * locked against other renders (PATH.lock). One that cannot be written is told by the progress callback; the
+     * render goes on, and CA_ERROR_FILE is returned if the last one failed. With rays "auto" the file has what was
+     * decided, too, and the bits are those of `rays` with that file. Refused with strategies_directory. */
     const char *checkpoint_path;
     double checkpoint_seconds;
     bool checkpoint_if_long; /* only where the whole render is expected to take more than ten minutes */
@@ -379,6 +380,7 @@ typedef struct ca_render_statistics {
     uint64_t passes[2];             /* those rendered, half open; 0, 0: not by passes of one kind */
     uint64_t passes_resumed;        /* so many of these passes, or of the blocks, were in the checkpoint */
     uint32_t ranks;                 /* processes that made them */
+    bool keeps_checkpoint;          /* the file of checkpoint_path is this render's: written by it or gone on from */
 } ca_render_statistics;
 
 #define ca_render_statistics_init(statistics) \
@@ -423,12 +425,12 @@ typedef struct ca_preflight {
 CA_API ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *settings, ca_preflight *preflight,
                                    ca_error *error);
 
-/* Adds up part files (ca_render_settings.part_path) in any order. Their blocks must follow each other without gap or
+/* Adds up part files (ca_render_settings.part_path), all of passes or all of blocks, in any order. They must not
  * overlap, and all else that the image depends on must be the same; CA_ERROR_ARGUMENT tells which files do not fit,
- * and why. The result is the same, to the bit, as that of one render of all the blocks. It goes to the file
- * `part_path`, if that is not NULL, and is developed into `image`, if that is not NULL: an image needs all blocks
- * from 0. `statistics` may be NULL. Where the file cannot be written the rest is made all the same, as ca_render does
- * it. */
+ * and why. The result is the same, to the bit, as that of one render of all the passes or blocks. It goes to the
+ * file `part_path`, if that is not NULL: blocks must follow each other without gap. It is developed into `image`, if
+ * that is not NULL: an image needs all passes or blocks from 0. `statistics` may be NULL. Where the file cannot be
+ * written the rest is made all the same, as ca_render does it. */
 CA_API ca_status ca_merge_parts(const char *const *paths, size_t count, const char *part_path,
                                 ca_image_layers **image, ca_render_statistics *statistics, ca_error *error);
 

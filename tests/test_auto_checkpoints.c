@@ -566,10 +566,10 @@ static void test_other_files_are_refused(void **state)
     assert_non_null(strstr(error.message, "which has no passes that add up"));
     passes.checkpoint_path = s.checkpoint_path = file("d.part");
     render(&passes, NULL);
-    refuse(&s, CA_ERROR_FORMAT, "a part file of format 5, but renders with rays \"auto\" have files of format 6");
+    refuse(&s, CA_ERROR_FORMAT, "d.part: a part file of passes, for which no numbers of rays were chosen");
     repeat(&s);
     s.rays = file("d.part");
-    refuse(&s, CA_ERROR_FORMAT, "a part file of format 5");
+    refuse(&s, CA_ERROR_FORMAT, "d.part: a part file of passes");
     s.rays = file("none.part");
     refuse(&s, CA_ERROR_FILE, "none.part");
 }

@@ -75,7 +75,8 @@ static void test_dots_are_the_second_moment(void **state)
     assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
     assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, 256.0, &error), CA_OK);
     ca_lost_light(pilot.samples[0], pilot.count);
-    const ca_dot_light light = {.camera_paths = CA_PILOT_CAMERA_PATHS,
+    const ca_dot_light light = {.light_paths = 1.0,
+                                .camera_paths = CA_PILOT_CAMERA_PATHS,
                                 .expected_scale = 256.0 * 24 * 24 / CA_PILOT_CAMERA_PATHS,
                                 .paths_of_pixel = 1.0,
                                 .weight = much};

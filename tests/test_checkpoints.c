@@ -3,6 +3,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "base/clock.h"
 #include "base/file.h"
+#include "film/part_stream.h"
 #include "film/pass_part.h"
 #include "integrator/integrator.h"
 #include "render/checkpoint.h"
@@ -63,6 +64,55 @@ static void test_every_integrator_goes_on(void **state)
         if (last != hash) fail_msg("%s: another image", integrator_at(i));
         if (!ca_integrator_at(i)->begin_block) expect_same_totals(&one, &statistics);
     }
+}
+
+/* Blocks as large as the memory say only by their paths how many they are. A finished render has nothing to do, and
+ * one of fewer samples is refused. */
+static void test_filled_blocks_go_on(void **state)
+{
+    (void)state;
+    ca_render_settings all = settings_of("qmcppm:blocks=filled,radius=0.1", 400, 2), fewer = all;
+    ca_render_statistics first = {.size = sizeof first}, second = {.size = sizeof second};
+    all.memory_mib = 1.0;
+    const uint64_t hash = render(&all, &first);
+    unlink(file("c.part"));
+    all.checkpoint_path = file("c.part");
+    all.resume = true;
+    all.samples_per_pixel = 100;
+    render(&all, &second);
+    assert_true(second.blocks[1] > 0 && second.blocks[1] < first.blocks[1]);
+    all.samples_per_pixel = 400;
+    for (int run = 0; run < 2; run++) {
+        assert_true(render(&all, &second) == hash);
+        assert_true(second.blocks[1] == first.blocks[1] && second.light_paths >= first.light_paths);
+    }
+    fewer = all;
+    fewer.samples_per_pixel = 1;
+    ca_image_layers *image;
+    ca_error error = {""};
+    assert_int_equal(ca_render(scene, &fewer, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    if (!strstr(error.message, "more than this render makes")) fail_msg("%s", error.message);
+    fewer = all;
+    fewer.memory_mib = 2.0;
+    assert_int_equal(ca_render(scene, &fewer, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    if (!strstr(error.message, "the memory stays where blocks are")) fail_msg("%s", error.message);
+}
+
+/* The method is that of a picture, which has no numbers of rays: there is nothing else to read from it. */
+static void test_auto_as_a_picture_goes_on(void **state)
+{
+    (void)state;
+    ca_image_layers *image;
+    ca_render_settings path = settings_of("path", 2, 1), s = kept("auto", 2, 1);
+    assert_int_equal(ca_render(scene, &path, &image, NULL, NULL), CA_OK);
+    assert_int_equal(ca_image_save(image, file("p.exr"), 0.0f, NULL), CA_OK);
+    ca_image_release(image);
+    unlink(file("c.part"));
+    s.rays = file("p.exr");
+    render(&s, NULL);
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    path.samples_per_pixel = s.samples_per_pixel = 5;
+    assert_true(render(&s, &statistics) == render(&path, NULL) && statistics.passes_resumed == 2);
 }
 
 /* In the middle of replicates of three passes. */
@@ -226,6 +276,7 @@ static void test_other_settings_are_refused(void **state)
     REFUSED("\"crop 0,0,8,6\", but this render has \"crop 0,0,8,5\"", other.has_crop = true, other.crop[2] = 8,
             other.crop[3] = 5);
     REFUSED("\"passes_per_replicate 1\", but this render has \"passes_per_replicate 2\"", other.replicates = 2);
+    REFUSED("the samples of a render with replicates stay", other.replicates = 2);
     REFUSED("has 2 passes already, more than the 1 of this render", other.samples_per_pixel = 1);
     REFUSED("has the passes 0:2, but this render begins at pass 1", other.samples_per_pixel = 0,
             other.has_passes = true, other.passes[0] = 1, other.passes[1] = 4);
@@ -248,9 +299,65 @@ static void test_other_blocks_are_refused(void **state)
     render(&s, NULL);
     REFUSED("gradients=true", other.integrator = "qmcppm:gradients=true");
     REFUSED("\"seed 3\"", other.integrator = "qmcppm", other.seed = 3, other.has_seed = true);
+    REFUSED("only samples, time, noise, threads, memory and outputs may be others", other.integrator = "qmcppm",
+            other.seed = 3, other.has_seed = true);
     REFUSED("has 4 blocks already", other.integrator = "qmcppm", other.samples_per_pixel = 1);
     REFUSED("begins at block 1", other.integrator = "qmcppm", other.samples_per_pixel = 0, other.has_blocks = true,
             other.blocks[0] = 1, other.blocks[1] = 9);
+}
+
+static const char *const two_sensors =
+    "<scene version='3.0.0'><default name='at' value='8'/>"
+    "<sensor type='perspective'><float name='fov' value='20'/><transform name='to_world'>"
+    "<translate z='-4'/></transform><film type='hdrfilm'><integer name='width' value='8'/>"
+    "<integer name='height' value='6'/></film></sensor>"
+    "<sensor type='perspective' id='wide'><float name='fov' value='60'/><transform name='to_world'>"
+    "<translate z='-4'/></transform><film type='hdrfilm'><integer name='width' value='8'/>"
+    "<integer name='height' value='6'/></film></sensor>"
+    "<shape type='sphere'/><emitter type='point'><point name='position' x='3' y='3' z='-$at'/></emitter></scene>";
+
+static ca_scene *seen_by(uint32_t sensor, const char *camera)
+{
+    ca_scene *seen;
+    ca_error error;
+    const ca_scene_source source = {.text = two_sensors,
+                                    .size = strlen(two_sensors),
+                                    .path = "two",
+                                    .sensor = sensor,
+                                    .camera = camera};
+    if (ca_scene_parse(&source, &seen, &error) != CA_OK) fail_msg("%s", error.message);
+    return seen;
+}
+
+/* Sensors of a scene are in one file, with films of one size: which one it is must be told. */
+static void test_other_sensors_are_refused(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"path", "qmcppm"};
+    ca_scene *first = seen_by(0, NULL), *second = seen_by(1, NULL), *wide = seen_by(0, "wide");
+    for (int i = 0; i < 2; i++) {
+        const char *parts[2] = {file("a.part"), file("b.part")};
+        ca_scene *scenes[2] = {first, wide};
+        ca_image_layers *image;
+        ca_error error = {""};
+        unlink(file("c.part"));
+        const ca_render_settings s = kept(integrators[i], 2, 1);
+        assert_int_equal(ca_render(first, &s, &image, NULL, &error), CA_OK);
+        ca_image_release(image);
+        refuse_on(second, &s, CA_ERROR_ARGUMENT, "made with \"sensor 0\", but this render has \"sensor 1\"");
+        refuse_on(wide, &s, CA_ERROR_ARGUMENT, "made with \"sensor 0\", but this render has \"sensor 1\"");
+        for (int part = 0; part < 2; part++) {
+            ca_render_settings p = settings_of(integrators[i], 2, 1);
+            p.part_path = parts[part];
+            assert_int_equal(ca_render(scenes[part], &p, &image, NULL, &error), CA_OK);
+            ca_image_release(image);
+        }
+        assert_int_equal(ca_merge_parts(parts, 2, NULL, &image, NULL, &error), CA_ERROR_ARGUMENT);
+        if (!strstr(error.message, "differ in their sensor")) fail_msg("%s", error.message);
+    }
+    ca_scene_release(first);
+    ca_scene_release(second);
+    ca_scene_release(wide);
 }
 
 /* A second job at the same time. */
@@ -360,6 +467,8 @@ static void test_damaged_files(void **state)
     write_all("c.part", bytes.data, bytes.size);
     assert_true(render(&s, NULL) == hash);
     ca_bytes_destroy(&bytes);
+    const ca_render_settings blocks = kept("qmcppm", 2, 1);
+    refuse_on(scene, &blocks, CA_ERROR_FORMAT, "a part file of passes, not of blocks");
     write_all("c.part", (const unsigned char *)"<scene/>", 8);
     expect_format_error("not a part file");
 }
@@ -541,13 +650,15 @@ static void test_parts_that_do_not_fit(void **state)
     const char *const paths[2] = {a, s.part_path};
     ca_error error = {""};
     assert_int_equal(ca_merge_parts(paths, 2, NULL, NULL, NULL, &error), CA_ERROR_FORMAT);
-    assert_non_null(strstr(error.message, "format 1"));
+    assert_non_null(strstr(error.message, "q.part: a part file of blocks, not of passes"));
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_integrator_goes_on),
+        cmocka_unit_test(test_filled_blocks_go_on),
+        cmocka_unit_test(test_auto_as_a_picture_goes_on),
         cmocka_unit_test(test_replicates_go_on),
         cmocka_unit_test(test_interrupted_anywhere),
         cmocka_unit_test(test_noise_targets),
@@ -555,6 +666,7 @@ int main(void)
         cmocka_unit_test(test_auto_goes_on),
         cmocka_unit_test(test_other_settings_are_refused),
         cmocka_unit_test(test_other_blocks_are_refused),
+        cmocka_unit_test(test_other_sensors_are_refused),
         cmocka_unit_test(test_one_job_at_a_time),
         cmocka_unit_test(test_when_it_is_due),
         cmocka_unit_test(test_damaged_files),

@@ -141,6 +141,8 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "--exposure", "bright"}, "--exposure: \"bright\""},
     {{"render", "ball.xml", "--quiet=1"}, "--quiet takes no value"},
     {{"render", "ball.xml", "-D", "albedo"}, "\"albedo\" is not NAME=VALUE"},
+    {{"render", "ball.xml", "-D", "a=1", "-Da=2"}, "--define: a is defined twice, as \"1\" and \"2\""},
+    {{"render", "ball.xml", "--sensor=1", "--camera=left"}, "--sensor and --camera exclude each other"},
     {{"render", "ball.xml", "-o", "ball.jpeg"}, ".exr"},
     {{"render", "ball.xml", "-i", "pathh"}, "did you mean \"path\"?"},
     {{"render", "ball.xml", "--sampler", "hamilton"}, "halton"},

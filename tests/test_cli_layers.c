@@ -229,6 +229,26 @@ static void test_merged_parts(void **state)
     assert_says(r.errors, "did you mean \"Samples\"?");
 }
 
+/* Layers that the scene's aov makes have the names that it gives them. */
+static void test_aovs(void **state)
+{
+    ca_program_result r;
+    write_text(folder_of(state), "aov.xml",
+               "<scene version='3.0.0'><integrator type='aov'><string name='aovs' value='dd.y:depth,far:depth'/>"
+               "<integrator type='path'/></integrator><sensor type='perspective'><film type='hdrfilm'>"
+               "<integer name='width' value='4'/><integer name='height' value='4'/></film></sensor>"
+               "<emitter type='constant'/></scene>");
+    RUN(&r, "render", "aov.xml", "--quiet", "--spp=1", "-o", "a.exr", "--layers=dd.y.T");
+    assert_exit(&r, 0);
+    assert_string_equal(channels(state, "a.exr"), "B G R dd.y.T");
+    RUN(&r, "render", "aov.xml", "--quiet", "--spp=1", "-o", "b.exr", "--layers=dd,far");
+    assert_exit(&r, 0);
+    assert_string_equal(channels(state, "b.exr"), "B G R dd.y.T far.T");
+    RUN(&r, "render", "aov.xml", "--quiet", "--spp=1", "-o", "c.exr", "--layers=ddy.T");
+    assert_exit(&r, 2);
+    assert_false(exists(folder_of(state), "c.exr"));
+}
+
 #define GLOW_TEST(function) cmocka_unit_test_setup_teardown(function, set_up_glow, tear_down)
 
 int main(void)
@@ -237,7 +257,7 @@ int main(void)
         GLOW_TEST(test_chosen_layers), GLOW_TEST(test_wrong_names),
         GLOW_TEST(test_empty_layers),  GLOW_TEST(test_all_names_are_known),
         GLOW_TEST(test_halves),        GLOW_TEST(test_no_value_becomes_infinite),
-        GLOW_TEST(test_merged_parts),
+        GLOW_TEST(test_merged_parts),  GLOW_TEST(test_aovs),
     };
     return run_program_tests("the program: layers of images", tests, sizeof tests / sizeof tests[0]);
 }

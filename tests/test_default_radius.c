@@ -45,6 +45,23 @@ static double error_of(double factor, double power, double alpha, double light_p
     return blur * blur + variance;
 }
 
+/* Of a render of any length, within the tenth that the mean area is known to. */
+static void test_mean_blur(void **state)
+{
+    (void)state;
+    static const double powers[] = {1.0, 2.0, 4.0}, alphas[] = {0.0, 1.0 / 3.0, 0.5};
+    static const uint32_t lengths[] = {1, 20, 5000};
+    for (int i = 0; i < 27; i++) {
+        const double power = powers[i % 3], alpha = alphas[i / 3 % 3];
+        const uint32_t passes = lengths[i / 9];
+        const ca_radius_blur blur = {.factor = 3.0, .power = power, .end = (double)INFINITY};
+        double root = 0.0;
+        for (uint32_t n = 1; n <= passes; n++) root += sqrt(ca_radius_blur_at(&blur, 0.5 * pow(n, -alpha / 2.0)));
+        root /= passes;
+        assert_true(fabs(ca_radius_mean_blur(&blur, 0.5, alpha, passes) / (root * root) - 1.0) < 0.2);
+    }
+}
+
 static double choose(double factor, double power, double alpha, double light_paths)
 {
     const ca_radius_curve curve = curve_of(factor, power);
@@ -496,6 +513,7 @@ int main(void)
         cmocka_unit_test(test_dark_pixels),   cmocka_unit_test(test_few_photons),
         cmocka_unit_test(test_unseen_blur),   cmocka_unit_test(test_bright_paths),
         cmocka_unit_test(test_quiet_next_event),
+        cmocka_unit_test(test_mean_blur),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

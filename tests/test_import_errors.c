@@ -344,6 +344,38 @@ static void wrong_sensors(void **state)
     EXPECT_ALL(mistakes);
 }
 
+#define REFLECTS(texture) SCENE("<bsdf type=\"diffuse\">" texture "</bsdf>")
+#define CHECKS "<texture type=\"checkerboard\"><rgb name=\"color1\" value=\"0.5 0.5 0.5\"/></texture>"
+
+/* In textures and spectra that may be anything, until it is known what they are for. */
+static void wrong_colors(void **state)
+{
+    (void)state;
+    static const mistake mistakes[] = {
+        {REFLECTS("<texture name=\"reflectance\" type=\"checkerboard\"><rgb name=\"color1\" value=\"0.1 1.5 0.1\"/>"
+                  "</texture>"),
+         "2:22: a reflectance lies in [0, 1], and 1.5 does not"},
+        {REFLECTS("<texture name=\"reflectance\" type=\"scale\"><float name=\"scale\" value=\"4\"/>" CHECKS
+                  "</texture>"),
+         "2:22: a reflectance lies in [0, 1], and 2 does not"},
+        {REFLECTS("<spectrum name=\"reflectance\" type=\"d65\"><float name=\"scale\" value=\"5\"/></spectrum>"),
+         "2:22: a reflectance lies in [0, 1], and 5 does not"},
+        {REFLECTS("<spectrum name=\"reflectance\" type=\"rawconstant\"><vector name=\"value\" value=\"0.5 5 0\"/>"
+                  "</spectrum>"),
+         "2:70: a reflectance lies in [0, 1], and 5 does not"},
+        {SCENE("<emitter type=\"point\"><spectrum name=\"intensity\" type=\"rawconstant\"><vector name=\"value\" "
+               "value=\"1 -1 1\"/></spectrum></emitter>"),
+         "2:69: a colour cannot have the component -1"},
+        {REFLECTS("<spectrum name=\"reflectance\" value=\"0.4:0.5 0.7:0.5\"/>"),
+         "2:22: wavelengths are in nanometres: none from 0.4 to 0.7 is visible"},
+        {REFLECTS("<spectrum name=\"reflectance\" value=\"830:0.5 900:0.5\"/>"),
+         "2:22: wavelengths are in nanometres: none from 830 to 900 is visible"},
+        {SCENE("<emitter type=\"ies\"/>"),
+         "2:1: emitter \"ies\": tables of luminous intensity are not read; a projector throws a picture of it"},
+    };
+    EXPECT_ALL(mistakes);
+}
+
 static void wrong_files(void **state)
 {
     (void)state;
@@ -365,6 +397,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(wrong_names),   cmocka_unit_test(wrong_values),     cmocka_unit_test(wrong_structure),
         cmocka_unit_test(wrong_sensors), cmocka_unit_test(wrong_lens_files), cmocka_unit_test(wrong_files),
+        cmocka_unit_test(wrong_colors),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

@@ -663,6 +663,43 @@ static void merges(void **state)
     done();
 }
 
+#define ODD "<string name=\"filename\" value=\"odd.pfm\"/>"
+#define ODD_BITMAP "<texture name=\"reflectance\" type=\"bitmap\">" ODD "</texture>"
+#define ENVMAP "<emitter type=\"envmap\">" ODD "</emitter>"
+#define BUMPS "<bsdf type=\"bumpmap\"><texture type=\"bitmap\">" ODD "</texture><bsdf type=\"diffuse\"/></bsdf>"
+
+static void write_odd_picture(float value)
+{
+    unsigned char file[64] = "PF\n1 2\n-1\n";
+    const float numbers[6] = {0.5f, value, 0.25f, 0.5f, 0.5f, 0.5f};
+    const size_t head = strlen((const char *)file);
+    memcpy(file + head, numbers, sizeof numbers);
+    import_write("odd.pfm", file, head + sizeof numbers);
+}
+
+/* Negative numbers of pictures of colours are none, and a note says so; heights may be negative. */
+static void odd_pictures(void **state)
+{
+    (void)state;
+    static const char *const colors[] = {SCENE("<bsdf type=\"diffuse\">" ODD_BITMAP "</bsdf>"), SCENE(ENVMAP)};
+    write_odd_picture(-0.001f);
+    for (int i = 0; i < 2; i++) {
+        import(colors[i]);
+        const float *data = desc.images.items[0].data; /* rows from the top; those of the file are from below */
+        assert_true(data[3] == 0.5f && data[4] == 0.0f && data[5] == 0.25f && data[0] == 0.5f);
+        assert_int_equal(desc.notes.count, 1);
+        assert_non_null(strstr(desc.notes.items[0], "no colour is negative: 1 number of "));
+        done();
+    }
+    import(SCENE(BUMPS));
+    assert_true(desc.images.items[0].data[4] == -0.001f && desc.notes.count == 0);
+    done();
+    char expected[1200];
+    snprintf(expected, sizeof expected, "2:1: %s/odd.pfm: the pixel (0, 1) is not a finite number", import_folder());
+    write_odd_picture(NAN);
+    import_expect_error(SCENE(ENVMAP), expected);
+}
+
 #define HEIGHTS(body) "<shape type=\"heightfield\">" body "</shape>"
 #define PICTURE "<string name=\"filename\" value=\"picture.pfm\"/>"
 
@@ -1107,7 +1144,7 @@ int main(void)
         cmocka_unit_test(quadrics),
         cmocka_unit_test(stretched_quadrics),
         cmocka_unit_test(merges),
-        cmocka_unit_test(height_fields),
+        cmocka_unit_test(odd_pictures), cmocka_unit_test(height_fields),
         cmocka_unit_test(height_field_normals),
         cmocka_unit_test(bad_height_fields),
         cmocka_unit_test(meshes),

@@ -54,6 +54,9 @@ typedef struct plan {
     uint64_t made_by_others; /* atomic: the passes that ranks other than 0 and the slow one have made */
     uint64_t gather_at; /* rank 0 gathers once it has made so many passes; 0: only at the end */
     bool ends_at_look;
+    bool waits; /* the others, until all have asked */
+    uint32_t fails_beyond;      /* this rank fails in a range beyond the border, before rank 1 ends one before it */
+    uint64_t gathering, failed; /* atomic: the border that rank 0 gathers for; it has failed */
     /* What became of it. */
     uint64_t border, made;
     bool whole;
@@ -98,6 +101,24 @@ static void be_slow(const plan *p, uint64_t wanted)
     nanosleep(&pause, NULL);
 }
 
+static bool has_failed(const plan *p) { return __atomic_load_n(&p->failed, __ATOMIC_ACQUIRE) != 0; }
+
+/* The first range of rank 1 ends when the other one has failed, and rank 0 has heard of it. */
+static void wait_for_failure(const plan *p)
+{
+    const struct timespec pause = {.tv_nsec = 10000000};
+    while (!has_failed(p)) sched_yield();
+    nanosleep(&pause, NULL);
+}
+
+static bool fails_beyond_border(plan *p, uint64_t begin)
+{
+    const uint64_t border = __atomic_load_n(&p->gathering, __ATOMIC_ACQUIRE);
+    if (border == 0 || begin < border || has_failed(p)) return false;
+    __atomic_store_n(&p->failed, 1, __ATOMIC_RELEASE);
+    return true;
+}
+
 /* ca_rank_work.make */
 static ca_status make(void *user, ca_work_range range, uint64_t *made, ca_error *error)
 {
@@ -110,7 +131,11 @@ static ca_status make(void *user, ca_work_range range, uint64_t *made, ca_error 
     assert_true(!may_fail || r->ranges < 2); /* it gets no more */
     r->ranges++;
     if (p->slow > 0 && r->number == p->slow && r->ranges == 1) be_slow(p, p->look - 2);
-    for (*made = 0; *made < run; ++*made) {
+    if (p->fails_beyond > 0 && r->number == 1 && r->ranges == 1) wait_for_failure(p);
+    *made = 0;
+    if (p->fails_beyond > 0 && r->number == p->fails_beyond && fails_beyond_border(p, range.begin))
+        return ca_fail(error, CA_ERROR_MEMORY, NULL, "it failed");
+    for (; *made < run; ++*made) {
         take_time(&r->random);
         ca_rank_work_between(&r->work);
         if (fails && *made == p->failing_after) return ca_fail(error, CA_ERROR_MEMORY, NULL, "it failed");
@@ -133,6 +158,13 @@ static void lead(plan *p, rank *r)
     ca_rank_work *work = &r->work;
     ca_work_range range;
     ca_error error = {""};
+    if (p->waits) {
+        ca_rank_work_wait(work, true);
+        for (uint32_t i = 1; i < p->ranks; i++)
+            while (!work->helpers[i].asks) ca_rank_work_between(work);
+        ca_rank_work_wait(work, false);
+        for (uint32_t i = 1; i < p->ranks; i++) assert_false(work->helpers[i].asks); /* all have got a range */
+    }
     /* The others make all until then. */
     while (p->failing > 0 && work->status == CA_OK && work->next <= work->look) ca_rank_work_between(work);
     for (uint64_t own = 0;; own++) {
@@ -140,6 +172,8 @@ static void lead(plan *p, rank *r)
             assert_int_equal(ca_rank_work_make(work, range, NULL), CA_OK);
             if (own + 1 != p->gather_at) continue;
             while (p->slow > 0 && work->next + 1 < work->look) ca_rank_work_between(work); /* others work */
+            while (p->fails_beyond > 0 && work->helpers[1].range.end == 0) ca_rank_work_between(work);
+            __atomic_store_n(&p->gathering, work->next, __ATOMIC_RELEASE);
             assert_int_equal(ca_rank_work_gather(work, NULL), CA_OK);
             if (!work->lost) expect_gathered(p, work, &r->sums, work->border);
             ca_rank_work_go_on(work, work->look);
@@ -249,6 +283,25 @@ static void test_failures(void **state)
     assert_int_equal(held.status, CA_ERROR_MEMORY);
 }
 
+/* Who asked while all had to wait gets a range as soon as nobody has to. */
+static void test_waiting(void **state)
+{
+    (void)state;
+    plan p = {.limit = 30, .run = 2, .ranks = 3, .waits = true};
+    run(&p);
+    expect_all(&p, 30);
+}
+
+/* What fails beyond the border, while a rank is still at work before it, is made after the sums were looked at. */
+static void test_failure_beyond_border(void **state)
+{
+    (void)state;
+    plan p = {.limit = 60, .run = 1, .ranks = 3, .gather_at = 1, .fails_beyond = 2};
+    run(&p);
+    expect_all(&p, 60);
+    assert_true(p.failed && p.status == CA_ERROR_MEMORY);
+}
+
 /* Sums that are no use are not asked for, and nobody is told that all is there. */
 static void test_spoilt_sums(void **state)
 {
@@ -265,6 +318,8 @@ int main(void)
         cmocka_unit_test(test_looks),
         cmocka_unit_test(test_border_before_look),
         cmocka_unit_test(test_failures),
+        cmocka_unit_test(test_waiting),
+        cmocka_unit_test(test_failure_beyond_border),
         cmocka_unit_test(test_spoilt_sums),
     };
     return cmocka_run_group_tests_name("who makes which pass", tests, NULL, NULL);

@@ -272,13 +272,14 @@ static void test_checkpoints(void **state)
     }
 }
 
-/* Gone on from in the middle of a replicate: rank 0 finishes it. */
+/* Gone on from in the middle of a replicate: rank 0 finishes it, and the others, who have waited, then get some. */
 static void test_open_replicate(void **state)
 {
     (void)state;
+    uint32_t own = 0;
     watcher w = {.stop_after = 4};
-    ca_render_settings first = settings_of("path", 12, 1), all = first;
-    all.replicates = first.replicates = 4;
+    ca_render_settings first = settings_of("path", 24, 1), all = first;
+    all.replicates = first.replicates = 8;
     const uint64_t hash = render(&all, NULL);
     first.checkpoint_path = file("open.part");
     first.progress = watch;
@@ -287,7 +288,22 @@ static void test_open_replicate(void **state)
     job j = {.settings = all};
     j.settings.checkpoint_path = first.checkpoint_path;
     j.settings.resume = true;
+    j.settings.progress = wait_for_others;
+    j.settings.progress_user = &own;
     assert_true(hash_by(&j, 3, 0) == hash && j.statistics.passes_resumed == 4);
+    assert_true(own < 7); /* the rest of one replicate and six more */
+}
+
+/* Blocks as large as the memory: how many they are is known when the last camera paths have been traced, for which
+ * the others wait. */
+static void test_filled_blocks(void **state)
+{
+    (void)state;
+    job j = {.settings = settings_of("qmcppm:blocks=filled,radius=0.1", 400, 1)};
+    j.settings.memory_mib = 1.0;
+    ca_render_statistics one = {.size = sizeof one};
+    const uint64_t hash = render(&j.settings, &one);
+    assert_true(one.blocks[1] > 4 && hash_by(&j, 3, 0) == hash && j.statistics.blocks[1] == one.blocks[1]);
 }
 
 /* A part by ranks is one by a process: merged with another part it is the whole. */
@@ -380,6 +396,20 @@ static void test_parts_with_rays_of_a_file(void **state)
     if (!strstr(error.message, "differ in their rays")) fail_msg("%s", error.message);
 }
 
+/* A picture without numbers of rays names the method, and that is all: for every rank. */
+static void test_auto_as_a_picture(void **state)
+{
+    (void)state;
+    ca_image_layers *image = NULL;
+    const ca_render_settings path = settings_of("path", 6, 1);
+    assert_int_equal(ca_render(scene, &path, &image, NULL, NULL), CA_OK);
+    assert_int_equal(ca_image_save(image, file("p.exr"), 0.0f, NULL), CA_OK);
+    ca_image_release(image);
+    job j = {.settings = settings_of("auto", 6, 1)};
+    j.settings.rays = file("p.exr");
+    assert_true(hash_by(&j, 3, 0) == render(&path, NULL));
+}
+
 /* ---- What does not fit ----------------------------------------------------------------------------------------- */
 
 static void expect_refused(job *j, ca_status status, const char *words)
@@ -426,8 +456,10 @@ int main(void)
         cmocka_unit_test(test_early_end),
         cmocka_unit_test(test_checkpoints),
         cmocka_unit_test(test_open_replicate),
+        cmocka_unit_test(test_filled_blocks),
         cmocka_unit_test(test_parts),
         cmocka_unit_test(test_parts_with_rays_of_a_file),
+        cmocka_unit_test(test_auto_as_a_picture),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests_name("renders by ranks", tests, begin_small_renders, end_small_renders);

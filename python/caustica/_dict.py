@@ -161,6 +161,8 @@ class Document:
             if "path" not in value:
                 self._fail(path, "resources have a folder as \"path\"")
             return self._open(f"<path value={_quoted(os.fspath(value['path']))}/>", path)
+        if kind is None:
+            self._fail(path, "\"type\" is missing: the name of a plugin")
         if kind not in _TAG_OF:
             nearest = _nearest(str(kind), _TAG_OF)
             self._fail(path, f"there is no plugin \"{kind}\"; the nearest known one is \"{nearest}\"")

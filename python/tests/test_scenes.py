@@ -177,6 +177,7 @@ def test_objects_of_their_own():
     ({"type": "area", "radiance": {"type": "spectrum", "value": "bright"}}, "radiance", "pairs of a wavelength"),
     ({"type": "hdrfilm", "width": "wide"}, "width", "integer"),
     ({"type": "sampler"}, "", "no plugin \"sampler\""),
+    ({"type": "sphere", "bsdf": {"alpha": 0.1}}, "bsdf", "\"type\" is missing"),
     ({"type": "sphere", "bsdf": {"type": "ref"}}, "bsdf", "\"id\""),
     ({"type": "resources"}, "", "\"path\""),
 ])

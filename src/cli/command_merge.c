@@ -70,6 +70,7 @@ static ca_status check(merge_options *o, const ca_text_list *parts, ca_error *er
     if (o->outputs.count == 0) return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "option --output is missing");
     CA_TRY(ca_outputs_find_tone(o->tone, &o->look, error));
     CA_TRY(check_places(o, parts, error));
+    CA_TRY(ca_layer_choice_check(&o->layers, NULL, error));
     return ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error);
 }
 

@@ -67,9 +67,8 @@ static void print_summary(const ca_render_options *o, const ca_image_layers *ima
     if (s->has_confidence)
         printf(", no error bars for %.3g %% of the pixels, widened ones for %.3g %%", 100.0 * s->confidence_marked,
                100.0 * s->confidence_widened);
-    printf("%s\n", s->interrupted
-                       ? ca_signals_arrived() ? " (ended early by a signal)" : " (ended early by the live view)"
-                       : "");
+    const bool by_view = o->serves && !ca_signals_arrived(); /* the signal may have been another rank's */
+    printf("%s\n", !s->interrupted ? "" : by_view ? " (ended early by the live view)" : " (ended early by a signal)");
     print_rays(&s->numbers_of_rays);
     for (size_t i = 0; i < o->outputs.count; i++) ca_say(stdout, "wrote %s\n", o->outputs.items[i]);
     if (o->settings.strategies_directory) ca_say(stdout, "wrote %s/\n", o->settings.strategies_directory);
@@ -185,7 +184,7 @@ static ca_status render_scene(const ca_render_options *o, const ca_scene *scene,
         if (image) ca_layer_choice_warn(&o->layers, image);
         if (!o->quiet) print_summary(o, image, &statistics);
     }
-    if (status == CA_OK) ca_keep_end(&o->keep, statistics.interrupted);
+    if (status == CA_OK) ca_keep_end(&o->keep, &statistics);
     ca_live_view_end(&view, image, &statistics);
     ca_signals_release();
     return status;
@@ -212,6 +211,7 @@ static ca_status load_and_render(ca_render_options *o, ca_error *error)
     const bool draws = !o->quiet && !ca_ranks_helps(ranks);
     ca_status status =
         ca_options_load_sensor(o->scene, &o->define_words, o->sensor, o->camera, draws, &scene, error);
+    if (status == CA_OK) status = ca_layer_choice_check(&o->layers, &scene->desc.integrator, error);
     if (status == CA_OK && !ca_ranks_helps(ranks)) status = ca_places_read_scene(&o->places, scene, error);
     status = ca_ranks_agree(ranks, status, error);
     if (status == CA_OK)

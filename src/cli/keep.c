@@ -93,10 +93,10 @@ void ca_keep_tell(const ca_keep *keep)
            keep->existing, keep->path);
 }
 
-void ca_keep_end(const ca_keep *keep, bool interrupted)
+void ca_keep_end(const ca_keep *keep, const ca_render_statistics *statistics)
 {
-    if (!keep->path || keep->wanted || interrupted || access(keep->path, F_OK) != 0) return;
-    /* Another render may have begun since, and be at work with a checkpoint of this name. */
+    if (keep->wanted || statistics->interrupted || !statistics->keeps_checkpoint) return;
+    /* Another render may be going on from it already. */
     ca_file_lock lock;
     bool taken;
     ca_error error;

@@ -21,8 +21,8 @@ void ca_keep_destroy(ca_keep *keep);
 void ca_keep_fill(const ca_keep *keep, ca_render_settings *settings);
 /* Offers to go on from one that is there. */
 void ca_keep_tell(const ca_keep *keep);
-/* What was rendered is written: one that was kept by itself is not needed any longer, unless the render ended
- * early. */
-void ca_keep_end(const ca_keep *keep, bool interrupted);
+/* What was rendered is written: one that was kept by itself is not needed any longer, unless the render ended early.
+ * One of another render, which began since and has the same name, stays. */
+void ca_keep_end(const ca_keep *keep, const ca_render_statistics *statistics);
 
 #endif

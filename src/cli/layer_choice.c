@@ -51,14 +51,24 @@ static bool is_listed(const ca_layer_choice *choice, const char *channel)
     return false;
 }
 
-ca_status ca_layer_choice_check(const ca_layer_choice *choice, ca_error *error)
+/* The aov itself, what its name begins with, or a channel of it. */
+static bool is_aov(const ca_integrator_desc *integrator, const char *name)
+{
+    for (size_t i = 0; integrator && i < integrator->aovs.count; i++) {
+        const char *aov = integrator->aovs.items[i].name;
+        if (stands_for(name, aov) || stands_for(aov, name)) return true;
+    }
+    return false;
+}
+
+ca_status ca_layer_choice_check(const ca_layer_choice *choice, const ca_integrator_desc *integrator, ca_error *error)
 {
     char name[LAYER_NAME_SIZE];
     const char *list = choice->names;
     while (next_name(&list, name)) {
         size_t i = 0;
         while (i < KNOWN_NAMES && strcmp(name, known_names[i]) != 0) i++;
-        if (i < KNOWN_NAMES) continue;
+        if (i < KNOWN_NAMES || is_aov(integrator, name)) continue;
         const char *nearest = ca_nearest_name_however_far(name, known_names, KNOWN_NAMES);
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "--layers: there is no layer \"%s\"; did you mean \"%s\"? (docs/images.md lists them)", name,

@@ -15,14 +15,16 @@
 #define CA_CLI_LAYER_CHOICE_H
 
 #include "image/layers.h"
+#include "scene/description.h"
 
 typedef struct ca_layer_choice {
     const char *names; /* separated by commas; "all": also what says nothing; "none": R G B alone; NULL: see above */
     bool half;
 } ca_layer_choice;
 
-/* CA_ERROR_ARGUMENT where a name is none that a render can write, with the nearest one. */
-ca_status ca_layer_choice_check(const ca_layer_choice *choice, ca_error *error);
+/* CA_ERROR_ARGUMENT where a name is none that a render can write, with the nearest one. `integrator`: its aovs have
+ * names, too; NULL: there are none. */
+ca_status ca_layer_choice_check(const ca_layer_choice *choice, const ca_integrator_desc *integrator, ca_error *error);
 
 /* *view: the chosen channels of the image, which it borrows all from. To be freed: view->channels. */
 ca_status ca_layer_choice_apply(const ca_layer_choice *choice, const ca_image_layers *image, ca_image_layers *view,

@@ -215,6 +215,10 @@ static ca_status read_defines(const ca_text_list *words, ca_define_words *read, 
         if (!equals || equals == text)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--define: \"%s\" is not NAME=VALUE", words->items[i]);
         *equals = 0;
+        for (size_t before = 0; before < i; before++)
+            if (strcmp(read->defines[before].name, text) == 0)
+                return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--define: %s is defined twice, as \"%s\" and \"%s\"",
+                               text, read->defines[before].value, equals + 1);
         read->defines[i] = (ca_define){.name = text, .value = equals + 1};
         text += size;
     }
@@ -273,6 +277,8 @@ static ca_status parse_drawing(const ca_scene_source *source, bool draws, ca_sce
 ca_status ca_options_load_sensor(const char *path, const ca_text_list *define_words, uint32_t sensor,
                                  const char *camera, bool draws, ca_scene **scene, ca_error *error)
 {
+    if (sensor > 0 && camera)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--sensor and --camera exclude each other: give one");
     ca_define_words read;
     ca_scene_source source;
     *scene = NULL;

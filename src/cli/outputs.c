@@ -74,7 +74,6 @@ ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const 
                                   ca_error *error)
 {
     bool has_exr = false;
-    CA_TRY(ca_layer_choice_check(choice, error));
     for (size_t i = 0; i < count; i++) has_exr = has_exr || strcasecmp(ca_path_extension(paths[i]), ".exr") == 0;
     if (has_exr || (!choice->names && !choice->half)) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s: only .exr has layers, and none is written",

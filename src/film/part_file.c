@@ -32,7 +32,7 @@ enum {
 };
 
 enum { EXTRA_GRADIENTS = 1, EXTRA_ERROR_BARS = 2, ALL_EXTRAS = 3 };
-enum { FORMAT = 1, HEADER_BYTES = 8 + 8 * FIELD_COUNT };
+enum { HEADER_BYTES = 8 + 8 * FIELD_COUNT };
 enum { HASH_BYTES = CA_PART_HASH_BYTES, MAX_TEXT_BYTES = CA_PART_TEXT_BYTES };
 
 static const size_t max_file_bytes = (size_t)1 << 40;
@@ -61,7 +61,7 @@ static void fill_header(const ca_part *part, unsigned char header[HEADER_BYTES])
     const ca_block_film_desc *film = ca_block_film_described(part->film);
     const uint64_t settings_bytes = strlen(part->settings), scene_path_bytes = strlen(part->scene_path);
     uint64_t fields[FIELD_COUNT] = {
-        [FIELD_FORMAT] = FORMAT,
+        [FIELD_FORMAT] = CA_BLOCK_PART_FORMAT,
         [FIELD_FILE_BYTES] = file_bytes(film, settings_bytes, scene_path_bytes),
         [FIELD_SETTINGS_BYTES] = settings_bytes,
         [FIELD_SCENE_PATH_BYTES] = scene_path_bytes,
@@ -141,9 +141,8 @@ static ca_status read_fields(part_reader *reader, ca_error *error)
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is cut off after %zu bytes", reader->path,
                        bytes->size);
     for (size_t i = 0; i < FIELD_COUNT; i++) reader->fields[i] = ca_get_u64(bytes->data + 8 + 8 * i);
-    if (reader->fields[FIELD_FORMAT] != FORMAT)
-        return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: a part file of format %llu, but this version reads %d",
-                       reader->path, (unsigned long long)reader->fields[FIELD_FORMAT], FORMAT);
+    if (reader->fields[FIELD_FORMAT] != CA_BLOCK_PART_FORMAT)
+        return ca_part_fail_format(reader->path, reader->fields[FIELD_FORMAT], CA_BLOCK_PART_FORMAT, error);
     if (reader->fields[FIELD_FILE_BYTES] > bytes->size)
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is cut off: it has %zu of %llu bytes",
                        reader->path, bytes->size, (unsigned long long)reader->fields[FIELD_FILE_BYTES]);

@@ -46,6 +46,27 @@ void ca_part_put_hash(ca_part_writer *writer) { ca_part_put_u64(writer, writer->
 /* ---- Reading --------------------------------------------------------------------------------------------------- */
 
 /* A seek that fails leaves its error in errno alone. */
+static const char *content_of(uint64_t format)
+{
+    switch (format) {
+    case CA_BLOCK_PART_FORMAT: return "blocks";
+    case CA_PASS_PART_FORMAT: return "passes";
+    case CA_JOINED_PART_FORMAT: return "a render with rays \"auto\"";
+    default: return NULL;
+    }
+}
+
+ca_status ca_part_fail_format(const char *path, uint64_t format, uint64_t expected, ca_error *error)
+{
+    const char *content = content_of(format);
+    if (!content)
+        return ca_fail(error, CA_ERROR_FORMAT, NULL,
+                       "%s: a part file of format %llu, which this version does not read", path,
+                       (unsigned long long)format);
+    return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: a part file of %s, not of %s", path, content,
+                   content_of(expected));
+}
+
 int ca_part_failure(FILE *stream)
 {
     if (errno == ENOMEM || errno == EIO) return errno;

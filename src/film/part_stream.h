@@ -14,9 +14,9 @@
 
 enum { CA_PART_MAGIC_BYTES = 8, CA_PART_HASH_BYTES = 8, CA_PART_TEXT_BYTES = 1 << 16 /* at most, of a text */ };
 
-/* The number of the format of renders that are joined of several films (render/auto_file.h); those of passes and of
- * blocks have their own (pass_part.h, part_file.h). */
-enum { CA_JOINED_PART_FORMAT = 6 };
+/* Numbers of formats: of blocks (part_file.h), of passes (pass_part.h), and of renders that are joined of several
+ * films (render/auto_file.h). */
+enum { CA_BLOCK_PART_FORMAT = 1, CA_PASS_PART_FORMAT = 5, CA_JOINED_PART_FORMAT = 6 };
 
 /* The first bytes of every part file; a number follows that says which format it is. The first one and the line ends
  * notice a transfer as text. */
@@ -41,6 +41,8 @@ void ca_part_put_hash(ca_part_writer *writer);
 /* Opens a file, and says which format it is. Errors: CA_ERROR_FILE; CA_ERROR_FORMAT where it is no part file. The
  * stream, which is then behind the number of the format, is the caller's to close. */
 ca_status ca_part_open(const char *path, FILE **stream, uint64_t *size, uint64_t *format, ca_error *error);
+/* Refuses a file that is of another format than the expected one: says what it is. CA_ERROR_FORMAT. */
+ca_status ca_part_fail_format(const char *path, uint64_t format, uint64_t expected, ca_error *error);
 /* Why reading from the stream failed, where errno was 0 before: 0, it is not as it should be; ENOMEM; or the system's
  * error. */
 int ca_part_failure(FILE *stream);

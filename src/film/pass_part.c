@@ -299,8 +299,7 @@ static ca_status fail_format(const char *path, uint64_t format, ca_error *error)
                        "%s: the checkpoint of a render with rays \"auto\", which has no passes that add up: only "
                        "such a render goes on from it",
                        path);
-    return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: a part file of format %llu, but passes are of format %d", path,
-                   (unsigned long long)format, CA_PASS_PART_FORMAT);
+    return ca_part_fail_format(path, format, CA_PASS_PART_FORMAT, error);
 }
 
 ca_status ca_pass_reader_open(ca_pass_reader *reader, const char *path, ca_error *error)

@@ -13,7 +13,7 @@
 #include "film/film.h"
 #include "film/part_file.h"
 
-enum { CA_PASS_PART_FORMAT = 5, CA_PASS_PART_RANGES = 1 << 16 /* at most */ };
+enum { CA_PASS_PART_RANGES = 1 << 16 /* at most */ };
 
 /* Passes, half open. */
 typedef struct ca_pass_range {

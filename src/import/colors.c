@@ -136,6 +136,10 @@ static bool read_spectrum_file(ca_importer *importer, const ca_xml_node *node, s
     return good;
 }
 
+/* What the observer of image/spectrum.h sees, nm. */
+#define VISIBLE_FIRST_NM 360.0
+#define VISIBLE_LAST_NM 830.0
+
 static float clip(float value, ca_color_role role)
 {
     if (role == CA_COLOR_SIGNED) return value;
@@ -143,7 +147,7 @@ static float clip(float value, ca_color_role role)
     return role == CA_COLOR_REFLECTANCE && value > 1.0f ? 1.0f : value;
 }
 
-static void check_value(ca_importer *importer, const ca_xml_node *node, double value, ca_color_role role)
+void ca_import_check_component(ca_importer *importer, const ca_xml_node *node, double value, ca_color_role role)
 {
     if (!(value >= 0.0 || role == CA_COLOR_SIGNED) || fabs(value) > (double)FLT_MAX)
         ca_import_fail(importer, &node->where, "a colour cannot have the component %g", value);
@@ -159,7 +163,11 @@ ca_rgb ca_import_samples(ca_importer *importer, const ca_xml_node *node, const c
         ca_import_fail(importer, &node->where, "a spectrum needs at least two wavelengths");
         return ca_rgb_grey(0.0f);
     }
-    for (size_t i = 0; i < count; i++) check_value(importer, node, samples[i].value, role);
+    const double first = samples[0].wavelength_nm, last = samples[count - 1].wavelength_nm;
+    if (last <= VISIBLE_FIRST_NM || first >= VISIBLE_LAST_NM)
+        ca_import_fail(importer, &node->where, "wavelengths are in nanometres: none from %g to %g is visible", first,
+                       last);
+    for (size_t i = 0; i < count; i++) ca_import_check_component(importer, node, samples[i].value, role);
     const ca_rgb rgb = role == CA_COLOR_EMISSION ? ca_spectrum_emission(samples, count)
                                                  : ca_spectrum_reflectance(samples, count);
     return (ca_rgb){clip(rgb.r, role), clip(rgb.g, role), clip(rgb.b, role)};
@@ -210,7 +218,7 @@ ca_rgb ca_import_color(ca_importer *importer, const ca_xml_node *node, ca_color_
     } else if (parse_rgb(importer, node, rgb) && strcmp(node->tag, "srgb") == 0) {
         decode_srgb(importer, node, rgb);
     }
-    for (int i = 0; i < 3; i++) check_value(importer, node, rgb[i], role);
+    for (int i = 0; i < 3; i++) ca_import_check_component(importer, node, rgb[i], role);
     if (!ca_import_good(importer)) return ca_rgb_grey(0.0f);
     return (ca_rgb){(float)rgb[0], (float)rgb[1], (float)rgb[2]};
 }

@@ -107,6 +107,8 @@ void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result);
 const char *ca_import_filename(ca_props *props, const char *name);
 /* Index of the image that `filename` or `data` names, read at the first call; CA_NONE after failing. */
 uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding);
+/* For a picture of colours, an index from there: negative numbers become 0, and a note says so. */
+void ca_import_cut_negative(ca_importer *importer, uint32_t image, const ca_location *where);
 /* What becomes of a mesh on its way into the scene. */
 typedef struct ca_mesh_use {
     ca_matrix to_world;
@@ -184,6 +186,8 @@ enum { CA_IMPORT_SPECTRUM_COUNT = 7 };
 /* Linear samples at wavelengths in nm as a colour, the nearest inside of Rec. 709. */
 ca_rgb ca_import_samples(ca_importer *importer, const ca_xml_node *node, const ca_spectrum_sample *samples,
                          size_t count, ca_color_role role);
+/* Fails where a colour of that role cannot have such a component. */
+void ca_import_check_component(ca_importer *importer, const ca_xml_node *node, double value, ca_color_role role);
 /* x, y and z of the element, or the three (or the one) in `value`. */
 void ca_import_xyz(ca_importer *importer, const ca_xml_node *node, double fallback, double xyz[3]);
 /* `count` numbers of an attribute, no more and no less. */

@@ -5,6 +5,7 @@
 #include "import/number.h"
 
 #include <float.h>
+#include <math.h>
 #include <string.h>
 
 void ca_props_begin(ca_props *props, ca_importer *importer, ca_xml_node *node)
@@ -223,6 +224,47 @@ static ca_texture_id constant_texture(ca_props *props, ca_rgb value)
     return id;
 }
 
+/* The largest of the numbers that a texture is made of; 0: it has none, or they say nothing. */
+static double largest_number(const ca_scene_desc *desc, ca_texture_id id)
+{
+    const ca_texture *t = &desc->textures.items[id];
+    switch (t->kind) {
+    case CA_TEXTURE_CONSTANT: return (double)ca_rgb_max(t->as.constant);
+    case CA_TEXTURE_CHECKERBOARD:
+        return fmax(largest_number(desc, t->as.checkerboard.color0), largest_number(desc, t->as.checkerboard.color1));
+    case CA_TEXTURE_SCALE:
+        return t->as.scale.varies ? 0.0
+                                  : (double)ca_rgb_max(t->as.scale.factor) * largest_number(desc, t->as.scale.child);
+    case CA_TEXTURE_MAPPED: return largest_number(desc, t->as.mapped.child);
+    default: return 0.0;
+    }
+}
+
+/* The picture that a texture shows; CA_NONE: none. */
+static uint32_t picture_of(const ca_scene_desc *desc, ca_texture_id id)
+{
+    const ca_texture *t = &desc->textures.items[id];
+    switch (t->kind) {
+    case CA_TEXTURE_BITMAP: return t->as.bitmap.image_index;
+    case CA_TEXTURE_SCALE: return picture_of(desc, t->as.scale.child);
+    case CA_TEXTURE_MAPPED: return picture_of(desc, t->as.mapped.child);
+    default: return CA_NONE;
+    }
+}
+
+/* A texture's own numbers may be of any size: what it is used for says what they are. */
+static ca_texture_id nested_texture(ca_props *props, const ca_xml_node *node, ca_xml_node *target, ca_color_role role)
+{
+    ca_importer *importer = props->importer;
+    const ca_texture_id id = ca_import_texture(importer, target);
+    if (!ca_import_good(importer) || role == CA_COLOR_INDEX || role == CA_COLOR_SIGNED) return id;
+    const uint32_t picture = picture_of(importer->desc, id);
+    if (picture != CA_NONE) ca_import_cut_negative(importer, picture, &node->where);
+    if (role == CA_COLOR_REFLECTANCE)
+        ca_import_check_component(importer, node, largest_number(importer->desc, id), role);
+    return id;
+}
+
 ca_texture_id ca_props_texture(ca_props *props, const char *name, float fallback, ca_color_role role)
 {
     ca_xml_node *node = ca_props_find(props, name);
@@ -232,7 +274,7 @@ ca_texture_id ca_props_texture(ca_props *props, const char *name, float fallback
     ca_xml_node *target = follow(props, node);
     if (target && ca_import_is_spectrum(target))
         return constant_texture(props, ca_import_spectrum(props->importer, target, role));
-    if (target && is_tag(target, "texture")) return ca_import_texture(props->importer, target);
+    if (target && is_tag(target, "texture")) return nested_texture(props, node, target, role);
     if (target) fail_type(props, node, "a colour or a <texture>");
     return CA_NONE;
 }

@@ -12,6 +12,7 @@
 #include "import/shared_meshes.h"
 
 #include <stdio.h>
+#include <math.h>
 #include <string.h>
 #include <strings.h>
 
@@ -100,6 +101,8 @@ static const unsupported_plugin unsupported[] = {
     {"emitter", "sun", "the sky model is not supported; directional is a sun without size"},
     {"emitter", "sky", "the sky model is not supported; envmap takes a picture of a sky"},
     {"emitter", "timed_sunsky", "the sky model is not supported; envmap takes a picture of a sky"},
+    {"emitter", "ies", "tables of luminous intensity are not read; a projector throws a picture of it"},
+    {"emitter", "goniometric", "tables of luminous intensity are not read; a projector throws a picture of it"},
     {"emitter", "volumelight", "there are no media"},
     {"sensor", "irradiancemeter", "sensors on shapes are not supported"},
     {"sensor", "spherical", "spherical pictures are not supported"},
@@ -183,6 +186,19 @@ static ca_status read_image_file(ca_importer *importer, const ca_import_image *k
     return CA_OK;
 }
 
+/* false, after failing: a texel is no number. */
+static bool is_finite(ca_importer *importer, const ca_image *image, const char *path, const ca_location *where)
+{
+    const size_t row = (size_t)image->width * image->channels;
+    for (size_t i = 0; i < row * image->height; i++) {
+        if (isfinite(image->data[i])) continue;
+        ca_import_fail(importer, where, "%s: the pixel (%zu, %zu) is not a finite number", path,
+                       i % row / image->channels, i / row);
+        return false;
+    }
+    return true;
+}
+
 static uint32_t read_image(ca_importer *importer, const ca_import_image *key, const ca_location *where)
 {
     ca_image image;
@@ -193,8 +209,10 @@ static uint32_t read_image(ca_importer *importer, const ca_import_image *key, co
         ca_import_fail_file(importer, where, status, &reason);
         return CA_NONE;
     }
-    if (!CA_TABLE_ADD(&importer->desc->images)) {
+    const bool good = is_finite(importer, &image, key->path, where);
+    if (!good || !CA_TABLE_ADD(&importer->desc->images)) {
         ca_image_destroy(&image);
+        if (!good) return CA_NONE;
         ca_import_fail_memory(importer, "images");
         return CA_NONE;
     }
@@ -232,6 +250,37 @@ uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding)
     return image_of(props->importer, &key, &props->node->where);
 }
 
+static size_t numbers_of(const ca_image *image)
+{
+    return (size_t)image->width * image->height * image->channels;
+}
+
+static const char *path_of_image(const ca_importer *importer, uint32_t image)
+{
+    for (size_t i = 0; i < importer->images.count; i++)
+        if (importer->images.items[i].index == image) return importer->images.items[i].path;
+    return "the picture";
+}
+
+/* In a copy, since other scenes may share the pixels. */
+void ca_import_cut_negative(ca_importer *importer, uint32_t index, const ca_location *where)
+{
+    ca_image *image = &importer->desc->images.items[index], cut;
+    size_t negative = 0;
+    for (size_t i = 0; i < numbers_of(image); i++) negative += image->data[i] < 0.0f;
+    if (negative == 0) return;
+    if (ca_image_create(&cut, image->width, image->height, image->channels, NULL) != CA_OK) {
+        ca_import_fail_memory(importer, "images");
+        return;
+    }
+    for (size_t i = 0; i < numbers_of(image); i++) cut.data[i] = fmaxf(image->data[i], 0.0f);
+    cut.content_hash = image->content_hash;
+    ca_image_destroy(image);
+    *image = cut;
+    ca_import_note(importer, where, "no colour is negative: %zu %s of %s taken as 0", negative,
+                   ca_noun((double)negative, "number", "numbers"), path_of_image(importer, index));
+}
+
 /* ---- The scene ------------------------------------------------------------------------------------------------- */
 
 static void import_once(ca_importer *importer, ca_xml_node *node, void (*import)(ca_importer *, ca_xml_node *),
@@ -261,6 +310,7 @@ static void import_view(ca_importer *importer, ca_xml_node *node)
 {
     const ca_import_view kept = ca_import_keep_view(importer->desc);
     ca_import_sensor(importer, node);
+    importer->desc->camera.sensor = importer->sensor_count;
     if (!is_wanted(importer, node)) ca_import_put_back_view(importer->desc, &kept);
 }
 

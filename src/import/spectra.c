@@ -109,7 +109,9 @@ static ca_rgb import_blackbody(ca_props *props, ca_color_role role)
 static ca_rgb import_d65(ca_props *props, ca_color_role role)
 {
     const float scale = (float)ca_props_number_in(props, "scale", 1.0, 0.0, 1e30);
-    return ca_rgb_scale(ca_props_color(props, "color", ca_rgb_grey(1.0f), role), scale);
+    const ca_rgb color = ca_rgb_scale(ca_props_color(props, "color", ca_rgb_grey(1.0f), role), scale);
+    ca_import_check_component(props->importer, props->node, (double)ca_rgb_max(color), role);
+    return color;
 }
 
 /* ---- Plain numbers --------------------------------------------------------------------------------------------- */
@@ -135,6 +137,7 @@ static ca_rgb import_raw(ca_props *props, ca_color_role role)
     if (!node || strcmp(node->tag, "vector") != 0)
         return ca_props_color(props, "value", ca_rgb_grey(0.0f), role);
     ca_props_point(props, "value", xyz);
+    for (int i = 0; i < 3; i++) ca_import_check_component(props->importer, node, xyz[i], role);
     return (ca_rgb){(float)xyz[0], (float)xyz[1], (float)xyz[2]};
 }
 

@@ -439,10 +439,6 @@ uint32_t ca_factor_pilot_paths(uint32_t light_paths);
  * square that a pixel covers there. The scene's radius over 1000 where no camera path meets one. */
 float ca_median_pixel_footprint(const ca_integrator_input *input);
 
-/* The merge radius of least error, m, found by a pilot: radius_pilot.c. */
-ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,
-                          ca_error *error);
-
 /* What an integrator's parameters say of the rules, but for counts and areas; its light paths of a pass, N_F; and the
  * merge radius of the first pass, m. */
 void ca_rules_read(ca_mis_rules *rules, const ca_integrator_type *type, const ca_integrator_input *input);

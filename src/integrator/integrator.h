@@ -19,6 +19,7 @@
 #include "light/emission_guide.h"
 #include "path/path_observer.h"
 #include "path/technique.h"
+#include "photon/radius_choice.h"
 #include "scene/scene.h"
 
 /* What one worker has done; sums over workers are the statistics. */
@@ -194,6 +195,9 @@ double ca_integrator_value(const ca_integrator_type *type, const ca_integrator_i
  * the whole film, never of the crop, of threads or of memory. Cost: a few thousand rays for radius_pixels; for the
  * default a pilot (radius_pilot.c), which takes about a tenth of a second. Errors: CA_ERROR_MEMORY. */
 ca_status ca_integrator_resolve(const ca_integrator_type *type, ca_integrator_input *input, ca_error *error);
+/* The merge radius of least error, m, found by a pilot, and how merges blur (NULL: nobody asks): radius_pilot.c. */
+ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,
+                          ca_radius_blur *blur, ca_error *error);
 
 /* The guide of light paths that the integrator makes for itself where its parameter `guide` is set (guide_pilot.c);
  * *guide: owned by the caller; NULL: none is wanted, or there is nothing to guide. A function of scene, settings,

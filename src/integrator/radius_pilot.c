@@ -707,13 +707,14 @@ static ca_status create_arrays(radius_pilot *p, ca_error *error)
 }
 
 ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,
-                          ca_error *error)
+                          ca_radius_blur *blur, ca_error *error)
 {
     const float pixel = ca_median_pixel_footprint(input), most = MOST_OF_SCENE * input->scene->radius;
     const double light_paths = ca_light_paths_of_pass(type, input);
     ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT, .seed = ca_pcg_permute(input->sampler->seed ^ PILOT_SEED)};
     ca_sampler_prepare(&sampler, input->camera->width, input->camera->height);
     *radius = pixel; /* where the pilot finds no light */
+    if (blur) *blur = (ca_radius_blur){.power = 1.0, .end = (double)INFINITY};
     if (input->scene->light_count == 0) return CA_OK;
     radius_pilot pilot = {.columns = ca_min_u32(SIDE, input->camera->width),
                           .rows = ca_min_u32(SIDE, input->camera->height)};
@@ -725,6 +726,7 @@ ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_in
     if (status == CA_OK) status = ca_stop_check(input->stop, error);
     destroy_pilot(&pilot);
     if (status != CA_OK || !lit) return status;
+    if (blur) *blur = ca_radius_blur_of(&curve);
     const double end = fmin((double)most, most_merged(&pilot, light_paths));
     const double least = fmin((double)(LEAST_OF_PIXEL * pixel), end);
     *radius =

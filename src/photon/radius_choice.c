@@ -1,6 +1,7 @@
 #include "photon/radius_choice.h"
 
 #include "math/numeric.h"
+#include "photon/radius.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -44,6 +45,13 @@ static double share_of_change(double power)
 double ca_radius_blur_at(const ca_radius_blur *blur, double radius)
 {
     return blur->factor * pow(radius, blur->power) / (1.0 + pow(radius / blur->end, blur->power));
+}
+
+/* Its root is the mean of roots in proportion to r^(p / 2): that of a radius at which it is just so large. */
+double ca_radius_mean_blur(const ca_radius_blur *blur, double radius, double alpha, double passes)
+{
+    const double root = ca_progressive_mean_area(0.25 * alpha * blur->power, passes);
+    return ca_radius_blur_at(blur, radius * pow(root, 2.0 / blur->power));
 }
 
 static double change_at(const ca_radius_blur *blur, double radius)

@@ -35,6 +35,8 @@ typedef struct ca_radius_blur {
 } ca_radius_blur;
 ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve);
 double ca_radius_blur_at(const ca_radius_blur *blur, double radius);
+/* The square of what a render of so many passes, whose radii shrink from `radius`, changes: within a tenth. */
+double ca_radius_mean_blur(const ca_radius_blur *blur, double radius, double alpha, double passes);
 
 /* The radius of the first pass, in [least, most]: the smallest one whose error is within a tolerance of the least.
  * A smaller one costs fewer merges. Where other techniques find the light, too, the error hardly depends on the

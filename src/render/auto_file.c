@@ -290,11 +290,15 @@ static ca_status fail_damaged(FILE *stream, const char *path, ca_error *error)
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is damaged", path);
 }
 
+/* Where the method has no numbers of rays, or the render was too short to choose them, there are passes. */
 static ca_status fail_format(const char *path, uint64_t format, ca_error *error)
 {
-    return ca_fail(error, CA_ERROR_FORMAT, NULL,
-                   "%s: a part file of format %llu, but renders with rays \"auto\" have files of format %d", path,
-                   (unsigned long long)format, CA_JOINED_PART_FORMAT);
+    if (format == CA_PASS_PART_FORMAT)
+        return ca_fail(error, CA_ERROR_FORMAT, NULL,
+                       "%s: a part file of passes, for which no numbers of rays were chosen: merging it makes its "
+                       "image",
+                       path);
+    return ca_part_fail_format(path, format, CA_JOINED_PART_FORMAT, error);
 }
 
 static ca_status check_size(FILE *stream, const char *path, uint64_t size, ca_error *error)

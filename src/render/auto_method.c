@@ -18,10 +18,12 @@ _Static_assert((int)WITHOUT_MERGES <= (int)CA_PILOT_METHODS, "the pilot tells of
 
 enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 
-/* Of the time for the choice, s; of a render whose time nobody knows. */
+/* Of the time for the choice, s. */
 #define LEAST_SECONDS 0.1
 #define MOST_SECONDS 5.0
-#define USUAL_RENDER_SECONDS 25.0
+
+/* Of an iteration, s, by a clock that may be coarse. */
+#define SHORTEST 1e-9
 
 /* A pixel's error counts over its squared luminance plus this, as in relMSE (metrics/compare.h). */
 #define LEAST_SQUARE 0.01
@@ -65,6 +67,13 @@ static uint32_t pilot_method(const ca_method *method)
     return method->no_splats ? NO_SPLATS : BDPT;
 }
 
+/* The methods have the same samples, still in the same order. */
+static void note_splats(ca_light_pilot *pilot)
+{
+    for (size_t i = 0; i < pilot->count; i++)
+        pilot->samples[BDPT][i].splats = pilot->samples[BDPT][i].expected - pilot->samples[NO_SPLATS][i].expected;
+}
+
 static ca_status run_light_pilot(chooser *c, ca_error *error)
 {
     const ca_method methods[WITHOUT_MERGES] = {
@@ -82,6 +91,7 @@ static ca_status run_light_pilot(chooser *c, ca_error *error)
     }
     c->passes = ca_light_pilot_passes(plan, ca_render_plan_expected_passes(plan));
     CA_TRY(ca_light_pilot_run(&c->pilot, plan, counts, WITHOUT_MERGES, c->passes, error));
+    note_splats(&c->pilot);
     for (int m = 0; m < WITHOUT_MERGES; m++) {
         const ca_batch_ratio lost = ca_lost_light(c->pilot.samples[m], c->pilot.count);
         if (m == BDPT) c->lost = lost.value;
@@ -155,12 +165,14 @@ static double weight_at(const void *user, uint32_t x, uint32_t y)
     return c->weights[ca_trial_cell_at(&c->cells, c->plan, x, y)];
 }
 
-static double dots_of(const chooser *c, uint32_t i)
+static double dots_of(const chooser *c, uint32_t i, double square)
 {
     const ca_render_plan *plan = c->plan;
     const uint32_t m = pilot_method(&c->methods[i]);
     if (m == WITHOUT_MERGES) return 0.0;
     const ca_dot_light light = {
+        .square = square,
+        .light_paths = pow(4.0, c->methods[i].light_paths_log4),
         .camera_paths = CA_PILOT_CAMERA_PATHS,
         .expected_scale = c->pilot.scale,
         .paths_of_pixel = plan->camera_paths,
@@ -319,21 +331,54 @@ static ca_status set_weights(chooser *c, ca_error *error)
     return CA_OK;
 }
 
+/* Iterations of the whole render, each of which takes so long. */
+static double passes_of(const ca_render_plan *plan, double seconds)
+{
+    const double in_time = fmax(1.0, ca_method_whole_seconds(plan) * plan->threads / fmax(seconds, SHORTEST));
+    return plan->open_ended ? in_time : fmin(in_time, plan->pass_limit - plan->first_pass);
+}
+
 /* Of methods that merge the pilot tells no dots: theirs are in the trial. */
 static ca_method_score score_of(const chooser *c, uint32_t i)
 {
+    const ca_method_trial *trial = &c->trials[i];
     const bool merges = ca_method_merges(&c->methods[i]);
-    const double dot_square = merges ? (double)INFINITY : CA_DOT_SQUARE;
-    return (ca_method_score){.variance = ca_method_trial_variance(&c->trials[i], c->weights, dot_square),
-                             .dots = dots_of(c, i),
-                             .blur = ca_method_blur(&c->methods[i], c->lost),
-                             .seconds = ca_method_trial_seconds(&c->trials[i])};
+    const double square = merges ? (double)INFINITY : ca_method_trial_dot_square(trial, c->weights);
+    const double seconds = ca_method_trial_seconds(trial), passes = passes_of(c->plan, seconds);
+    return (ca_method_score){.variance = ca_method_trial_variance(trial, c->weights, square),
+                             .dots = dots_of(c, i, square),
+                             .common = ca_method_trial_variance(trial, c->weights, CA_COMMON_SQUARE),
+                             .passes = passes,
+                             .blur = ca_method_trial_blur(trial, &c->radii, passes),
+                             .seconds = seconds};
+}
+
+/* The same method with the usual number of light paths, which is among the first ones. */
+static uint32_t usual_of(const chooser *c, uint32_t i)
+{
+    for (uint32_t k = 0; k < c->count; k++)
+        if (c->methods[k].type == c->methods[i].type && c->methods[k].light_paths_log4 == 0) return k;
+    return i;
+}
+
+/* Of a radius that was not chosen only the pilot knows. */
+static void set_blurs(chooser *c)
+{
+    const ca_render_plan *plan = c->plan;
+    if (ca_render_plan_is_set(plan, "radius") || ca_render_plan_is_set(plan, "radius_pixels")) return;
+    for (uint32_t i = 0; i < c->count; i++) {
+        ca_method_score *score = &c->scores[i];
+        const double variance = c->scores[usual_of(c, i)].common;
+        score->blur = ca_method_blur(&c->methods[i], score->blur, variance, c->trials[i].alpha, score->passes);
+    }
 }
 
 static ca_status score(chooser *c, ca_error *error)
 {
     CA_TRY(set_weights(c, error));
     for (uint32_t i = 0; i < c->count; i++) c->scores[i] = score_of(c, i);
+    set_blurs(c);
+    ca_methods_compare_noise(c->methods, c->scores, c->count);
     c->scored = c->count;
     const ca_method_score best = c->scores[ca_method_best(c->scores, c->count)];
     for (uint32_t i = 0; i < c->count; i++)
@@ -346,12 +391,10 @@ static ca_status score(chooser *c, ca_error *error)
 /* A share of what the render will take by the best method so far. */
 static double seconds_for_choice(const chooser *c)
 {
-    const ca_render_settings *settings = c->plan->settings;
-    double whole = settings->seconds > 0.0 ? settings->seconds : USUAL_RENDER_SECONDS;
+    double whole = ca_method_whole_seconds(c->plan);
     if (!c->plan->open_ended) {
         const double seconds = c->scores[ca_method_best(c->scores, c->scored)].seconds / c->plan->threads;
-        const double passes = c->plan->pass_limit * seconds;
-        whole = settings->seconds > 0.0 ? fmin(whole, passes) : passes;
+        whole = fmin(whole, c->plan->pass_limit * seconds);
     }
     return fmin(MOST_SECONDS, fmax(LEAST_SECONDS, CA_METHOD_SHARE * whole));
 }

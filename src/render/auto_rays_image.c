@@ -111,6 +111,7 @@ static void fill_statistics(const ca_auto_rays *a, const ca_joined_film *image, 
     statistics->samples_per_pixel = a->progress.camera_paths;
     statistics->interrupted = a->interrupted;
     statistics->passes_resumed = a->kept.iterations;
+    statistics->keeps_checkpoint = a->kept.checkpoint.is_kept;
     statistics->first_predicted_seconds = a->progress.looks.first_predicted_seconds;
     statistics->first_predicted_at = a->progress.looks.first_predicted_at;
     statistics->numbers_of_rays = (ca_rays_statistics){

@@ -273,10 +273,11 @@ static uint64_t limit_for_ranks(block_render *r)
 {
     const double seconds = r->plan->settings->seconds;
     const uint64_t limit = block_limit(r);
-    r->work.waits = limit == UINT64_MAX && !r->plan->open_ended;
-    r->work.run = r->work.waits ? 1 : RUN_OF_BLOCKS;
+    const bool waits = limit == UINT64_MAX && !r->plan->open_ended;
+    r->work.run = waits ? 1 : RUN_OF_BLOCKS;
     r->work.limit = limit;
     r->work.deadline = seconds > 0.0 ? r->start + seconds : 0.0;
+    ca_rank_work_wait(&r->work, waits);
     return limit;
 }
 
@@ -417,6 +418,7 @@ static ca_status finish(block_render *r, ca_image_layers **image, ca_render_stat
     add_notes(r, statistics);
     statistics->interrupted = r->interrupted;
     statistics->passes_resumed = r->resumed;
+    statistics->keeps_checkpoint = r->checkpoint.is_kept;
     if (written != CA_OK && written != CA_ERROR_FILE) return written;
     const int *before = ca_loading_until(r->plan->settings->discard);
     const ca_status developed = ca_part_develop(&r->part, image, written == CA_OK ? error : NULL);
@@ -489,6 +491,18 @@ static ca_status resume(block_render *r, ca_error *error)
     return status;
 }
 
+/* Where blocks are as large as the memory, how many there are is known when the last camera paths have been traced.
+ * So it is of a checkpoint, once its last block's are traced again. */
+static ca_status learn_limit(block_render *r, ca_error *error)
+{
+    if (r->resumed == 0 || r->plan->open_ended || block_limit(r) != UINT64_MAX) return CA_OK;
+    ca_workers_keep_counts(&r->workers, &r->kept);
+    const ca_status status = r->plan->type->begin_block(r->integrator, r->part.blocks[1] - 1, &r->workers.parallel,
+                                                        r->workers.list, error);
+    ca_workers_restore_counts(&r->workers, &r->kept);
+    return status;
+}
+
 static ca_status check_limit(const block_render *r, ca_error *error)
 {
     if (r->resumed == 0 || r->plan->open_ended || block_limit(r) >= r->part.blocks[1]) return CA_OK;
@@ -529,6 +543,7 @@ static ca_status prepare(block_render *r, ca_error *error)
     CA_TRY(resume(r, error));
     CA_TRY(create_buffers(r, error));
     CA_TRY(ca_integrator_create(plan->type, &plan->input, &r->integrator, error));
+    CA_TRY(learn_limit(r, error));
     CA_TRY(check_limit(r, error));
     return create_work(r, error);
 }

@@ -106,6 +106,14 @@ ca_status ca_checkpoint_write_part(const ca_checkpoint *checkpoint, const ca_ren
     return part == CA_OK ? checkpoint->status : part;
 }
 
+/* Beside a setting that differs. */
+static const char *what_may_differ(const char *line)
+{
+    if (strncmp(line, "passes_per_replicate ", 21) == 0) return "the samples of a render with replicates stay";
+    if (strncmp(line, "memory ", 7) == 0) return "the memory stays where blocks are as large as it allows";
+    return "only samples, time, noise, threads, memory and outputs may be others";
+}
+
 ca_status ca_checkpoint_compare(const char *path, const char *theirs, const char *ours, ca_error *error)
 {
     if (ca_part_settings_equal(&theirs, &ours)) return CA_OK;
@@ -114,7 +122,6 @@ ca_status ca_checkpoint_compare(const char *path, const char *theirs, const char
                        "%.400s was made with another scene: its files or definitions have changed", path);
     const int a = (int)strcspn(theirs, "\n"), b = (int)strcspn(ours, "\n");
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "%.400s was made with \"%.*s\", but this render has \"%.*s\": only samples, time, noise, threads, "
-                   "memory and outputs may be others",
-                   path, a < 200 ? a : 200, theirs, b < 200 ? b : 200, ours);
+                   "%.400s was made with \"%.*s\", but this render has \"%.*s\": %s", path, a < 200 ? a : 200, theirs,
+                   b < 200 ? b : 200, ours, what_may_differ(theirs));
 }

@@ -16,6 +16,7 @@
 typedef struct ca_light_sample {
     double light;    /* of the image, in any unit; > 0 */
     double expected; /* samples of the method in the whole render */
+    double splats;   /* those of them that are in proportion to the number of light paths; 0: not asked for */
     uint32_t batch;
     uint32_t x, y; /* pixel of the full film that gets it */
 } ca_light_sample;

@@ -1,5 +1,7 @@
 #include "render/method_choice.h"
 
+#include "photon/radius_choice.h"
+
 #include <math.h>
 
 enum { LEAST_LOG4 = -2 };
@@ -7,9 +9,11 @@ enum { LEAST_LOG4 = -2 };
 /* The first few iterations tell a cost within a factor, the more the better. */
 #define SLACK 3.0
 
-/* Where all light is merged; where other techniques find most of it. */
-#define BLUR 2.2
-#define SOME_BLUR 1.2
+/* Of the noise of rare values so much is not seen: half of what is, by the noise of renders. */
+#define UNMET_RARE 0.5
+
+/* The square of the blur over the variance, at a radius of least error. */
+#define BLUR_OF_VARIANCE 0.5
 
 /* Below any noise that matters: of two methods without noise the faster one is better. */
 #define NO_VARIANCE 1e-12
@@ -35,17 +39,40 @@ bool ca_method_has_light_paths(const ca_method *method)
 
 bool ca_method_merges(const ca_method *method) { return method->type->rules->merge != CA_MERGE_NONE; }
 
-double ca_method_blur(const ca_method *method, double merged_only)
+double ca_method_noise(const ca_method_score *score)
 {
-    if (!ca_method_merges(method)) return 1.0;
-    if (!method->type->rules->connect) return BLUR;
-    return SOME_BLUR + (BLUR - SOME_BLUR) * fmin(fmax(merged_only, 0.0), 1.0);
+    const double noise = score->variance + score->dots;
+    return noise + UNMET_RARE * fmax(0.0, noise - score->common);
+}
+
+double ca_method_blur(const ca_method *method, double by_pilot, double variance, double alpha, double passes)
+{
+    const double shrunk = pow(passes / CA_RADIUS_PASSES, -alpha); /* it grows as r^2 */
+    const double by_variance = BLUR_OF_VARIANCE * variance / CA_RADIUS_PASSES * shrunk;
+    if (!ca_method_merges(method)) return 0.0;
+    return method->type->rules->connect ? by_variance : fmax(by_variance, by_pilot);
+}
+
+static bool is_alike(const ca_method *a, const ca_method *b)
+{
+    return a->type == b->type && a->no_splats == b->no_splats && a->unguided == b->unguided;
+}
+
+void ca_methods_compare_noise(const ca_method *methods, ca_method_score *scores, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++) {
+        scores[i].least = 0.0;
+        for (uint32_t j = 0; j < count; j++)
+            if (is_alike(&methods[i], &methods[j]) && methods[j].light_paths_log4 >= methods[i].light_paths_log4)
+                scores[i].least = fmax(scores[i].least, ca_method_noise(&scores[j]));
+    }
 }
 
 double ca_method_cost(const ca_method_score *score)
 {
     if (score->loses_light) return (double)INFINITY;
-    return (score->variance + score->dots + NO_VARIANCE) * score->blur * score->seconds;
+    const double noise = fmax(ca_method_noise(score), score->least) + NO_VARIANCE;
+    return (noise + score->blur * score->passes) * score->seconds;
 }
 
 uint32_t ca_method_best(const ca_method_score *scores, uint32_t count)
@@ -64,8 +91,7 @@ bool ca_method_goes_on(const ca_method_score *score, const ca_method_score *best
 
 static bool is_same(const ca_method *a, const ca_method *b)
 {
-    return a->type == b->type && a->no_splats == b->no_splats && a->unguided == b->unguided &&
-           a->light_paths_log4 == b->light_paths_log4;
+    return is_alike(a, b) && a->light_paths_log4 == b->light_paths_log4;
 }
 
 static bool is_among(const ca_method *method, const ca_method *tried, uint32_t count)

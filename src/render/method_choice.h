@@ -3,7 +3,7 @@
  * here; auto_method.h does what is decided.
  *
  * The best method has the least error x time: what a fixed time leaves of the error, or a fixed error costs of
- * time. The error is variance, and more where merges blur. A method that will lose light in some part of the
+ * time. The error is variance, and the square of what merges blur. A method that will lose light in some part of the
  * picture is never taken, however cheap it looks. */
 #ifndef CA_RENDER_METHOD_CHOICE_H
 #define CA_RENDER_METHOD_CHOICE_H
@@ -20,8 +20,11 @@ typedef struct ca_method {
 typedef struct ca_method_score {
     double variance; /* of an iteration, relative, mean over pixels: of the trial; without dots where there is: */
     double dots;     /* likewise, of dots, by the pilot */
+    double common;   /* of the variance what values bring that are not rare (CA_COMMON_SQUARE) */
+    double least;    /* ca_method_noise is no less (ca_methods_compare_noise) */
     double seconds;  /* of one processor, that an iteration of the render is expected to take */
-    double blur;     /* ca_method_blur */
+    double passes;   /* iterations of the whole render */
+    double blur;     /* the square of what is blurred in these, relative likewise */
     bool loses_light;
 } ca_method_score;
 
@@ -33,13 +36,26 @@ bool ca_method_has_light_paths(const ca_method *method);
 /* Does it merge, and so find all light there is? */
 bool ca_method_merges(const ca_method *method);
 
-/* What its error is expected to be over its variance: 1 without merges, which blur. A radius of least error
- * (photon/radius_choice.h) has a square of the blur of half the variance where light changes smoothly, and of twice
- * the variance at edges, where all light is merged. Methods that connect merge what connections do not find,
- * `merged_only` of all light, and little of the rest. */
-double ca_method_blur(const ca_method *method, double merged_only);
+/* Values of a pixel are rare where their square, times the pixel's weight (about one over its squared luminance), is
+ * larger: they count in `common` as if it were that. */
+#define CA_COMMON_SQUARE 25.0
 
-/* Variance x blur x time; INFINITY: never. */
+/* What the score tells of the noise, and more the rarer the values that make it: who meets few of them has not met
+ * the rarest. */
+double ca_method_noise(const ca_method_score *score);
+
+/* The square of what merges blur in a render of so many passes, whose radii shrink by `alpha`, where the first one
+ * was chosen for the least error (photon/radius_choice.h): half the `variance` for which it was chosen, of an
+ * iteration with the usual number of light paths and common values, after CA_RADIUS_PASSES of these. Where all light
+ * is merged it is often more, at edges and in corners: the larger of that and what the radius' pilot tells,
+ * `by_pilot`. Where connections find light, too, the pilot's blur is little more than noise. */
+double ca_method_blur(const ca_method *method, double by_pilot, double variance, double alpha, double passes);
+
+/* Fewer light paths leave no less noise: sets `least` of each score to the most that is known of the same method with
+ * as many or more. A trial of few light paths may not have met what is rare. */
+void ca_methods_compare_noise(const ca_method *methods, ca_method_score *scores, uint32_t count);
+
+/* The error of the whole render times the processor's time for it; INFINITY: never. */
 double ca_method_cost(const ca_method_score *score);
 /* The index of the least cost among `count` >= 1; the first of equals. */
 uint32_t ca_method_best(const ca_method_score *scores, uint32_t count);

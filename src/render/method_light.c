@@ -57,11 +57,13 @@ double ca_method_dots(const ca_light_sample *samples, size_t count, const ca_dot
     double sum = 0.0;
     for (size_t i = 0; i < count; i++) {
         const ca_light_sample *s = &samples[i];
-        if (!(s->expected > 0.0)) continue;
-        const double per_path = s->expected / light->expected_scale; /* Q / T */
+        const double expected = s->expected + (light->light_paths - 1.0) * s->splats;
+        if (!(expected > 0.0)) continue;
+        const double per_path = expected / light->expected_scale; /* Q / T */
         const double weight = light->weight(light->user, s->x, s->y), brings = s->light / per_path;
         const double value = brings / light->paths_of_pixel; /* of the pixel */
-        if (weight * value * value > CA_DOT_SQUARE) sum += weight * brings * s->light;
+        const double over = 1.0 - light->square / (weight * value * value);
+        if (over > 0.0) sum += over * weight * brings * s->light;
     }
     return sum / (light->camera_paths * light->paths_of_pixel);
 }

@@ -23,16 +23,14 @@ typedef struct ca_light_region {
  * what ca_lost_light counts, where several batches agree. `samples` in its order (ca_lost_light sorts them). */
 bool ca_method_loses_light(const ca_light_sample *samples, size_t count, const ca_light_region *region);
 
-/* A value of a pixel is a dot if its square, times the pixel's weight (about one over its squared luminance), is
- * larger. */
-#define CA_DOT_SQUARE 4.0
-
 /* The variance that dots bring to an iteration of the render: in the mean over the picture's pixels, each times
- * weight(user, x, y). `camera_paths`: of the pilot; `expected_scale`: samples that the whole render makes for each
- * that an iteration makes of a pilot's camera path (passes x N_B x pixels / camera paths); `paths_of_pixel`: N_B.
- * What the method does not find at all is lost, and no dot. */
+ * weight(user, x, y). A value of a pixel is a dot if its square, times the pixel's weight (about one over its
+ * squared luminance), is larger than `square`, and its square counts as far as it is. `camera_paths`: of the pilot;
+ * `expected_scale`: samples that the whole render makes for each that an iteration makes of a pilot's camera path
+ * (passes x N_B x pixels / camera paths); `paths_of_pixel`: N_B; `light_paths`: N_F over that which the pilot was
+ * asked about. What the method does not find at all is lost, and no dot. */
 typedef struct ca_dot_light {
-    double camera_paths, expected_scale, paths_of_pixel;
+    double square, camera_paths, expected_scale, paths_of_pixel, light_paths;
     double (*weight)(const void *user, uint32_t x, uint32_t y);
     const void *user;
 } ca_dot_light;

@@ -17,8 +17,12 @@
 #define MOST_LIGHT_PATHS 0x1p15
 #define MOST_OF_SCENE 0.02
 
-/* Camera paths that are traced together. */
-enum { GROUP = 256 };
+/* Camera paths that are traced together; values that a trial must have met to know how often they come. */
+enum { GROUP = 256, MET = 8 };
+
+/* What is expected of a render of which nothing is known: its time, s, and the camera paths of a thread a second. */
+#define USUAL_RENDER_SECONDS 25.0
+#define CAMERA_PATHS_PER_SECOND 4e5
 
 /* ---- Parameters ------------------------------------------------------------------------------------------------ */
 
@@ -92,11 +96,33 @@ ca_status ca_method_find_radius(const ca_render_plan *plan, bool photons_alone, 
 {
     const ca_method method = {.type = photons_alone ? &ca_integrator_bdpm : &ca_integrator_ovcm};
     ca_integrator_input input;
+    float radius;
     CA_TRY(ca_method_configure(&method, plan, NULL, &input, error));
+    CA_TRY(ca_radius_pilot(method.type, &input, &radius,
+                           photons_alone ? &radii->blur_alone : &radii->blur_with_connections, error));
+    const double given = ca_integrator_value(method.type, &input, "radius", 0.0);
+    const bool by_pixels = ca_integrator_value(method.type, &input, "radius_pixels", 0.0) > 0.0;
+    if (given == 0.0 && !by_pixels)
+        CA_TRY(ca_integrator_set_number(method.type, "radius", (double)radius, &input, error));
     CA_TRY(ca_integrator_resolve(method.type, &input, error));
     *(photons_alone ? &radii->photons_alone : &radii->with_connections) =
         ca_integrator_value(method.type, &input, "radius", 0.0);
     return CA_OK;
+}
+
+double ca_method_whole_seconds(const ca_render_plan *plan)
+{
+    const double given = plan->settings->seconds;
+    return given > 0.0 ? given : plan->open_ended ? USUAL_RENDER_SECONDS : (double)INFINITY;
+}
+
+/* Before it is known what one takes. */
+static double expected_passes(const ca_render_plan *plan)
+{
+    const double passes = plan->open_ended ? (double)INFINITY : plan->pass_limit - plan->first_pass;
+    const double paths = ca_render_plan_pixels(plan) * plan->camera_paths;
+    const double in_time = ca_method_whole_seconds(plan) * plan->threads * CAMERA_PATHS_PER_SECOND / paths;
+    return fmin(passes, fmax(1.0, ceil(in_time)));
 }
 
 /* ---- The trial's picture --------------------------------------------------------------------------------------- */
@@ -148,12 +174,13 @@ static void set_picture(ca_render_settings *settings, const ca_render_plan *plan
 }
 
 /* The mean radius over the render's passes; 0: nothing is merged. */
-static double mean_radius(const ca_method *method, const ca_render_plan *plan, const ca_integrator_input *render)
+static double mean_radius(ca_method_trial *trial, const ca_render_plan *plan, const ca_integrator_input *render)
 {
-    if (!ca_method_merges(method)) return 0.0;
-    const double alpha = ca_integrator_value(method->type, render, "alpha", 0.0);
-    const double shrunk = ca_progressive_mean_area(alpha, ca_render_plan_expected_passes(plan));
-    return ca_integrator_value(method->type, render, "radius", 0.0) * sqrt(shrunk);
+    const ca_integrator_type *type = trial->method.type;
+    if (!ca_method_merges(&trial->method)) return 0.0;
+    trial->radius = ca_integrator_value(type, render, "radius", 0.0);
+    trial->alpha = ca_integrator_value(type, render, "alpha", 0.0);
+    return trial->radius * sqrt(ca_progressive_mean_area(trial->alpha, expected_passes(plan)));
 }
 
 /* Fewer light paths and a larger radius. The trial's plan is told the radius, too, or else it looks for one. */
@@ -183,7 +210,7 @@ static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, c
                                            .samples_per_pixel = 1,
                                            .stop = plan->input.stop};
     CA_TRY(ca_method_configure(&trial->method, plan, radii, &render, error));
-    const double radius = mean_radius(&trial->method, plan, &render);
+    const double radius = mean_radius(trial, plan, &render);
     set_picture(&trial->settings, plan, pixel_side(&trial->method, plan, radius));
     trial->area = pixels_of_film(plan) / ((double)trial->settings.width * trial->settings.height);
     CA_TRY(set_merges(trial, plan, radius, &render, error));
@@ -329,14 +356,38 @@ double ca_method_trial_variance(const ca_method_trial *trial, const double *weig
 {
     const size_t cells = ca_trial_cell_count(&trial->cells);
     double total = 0.0;
-    for (size_t c = 0; c < cells; c++) {
-        double n = 0.0, sum = 0.0, squares = 0.0;
+    const double n = trial->iterations;
+    for (size_t c = 0; c < cells && n > 1.0; c++) {
+        const double most = sqrt(dot_square / weights[c]);
+        double sum = 0.0, squares = 0.0;
         for (uint32_t i = 0; i < trial->iterations; i++) {
-            const double value = (double)trial->samples[i * cells + c];
-            if (weights[c] * value * value > dot_square) continue;
-            n++, sum += value, squares += value * value;
+            const double value = fmin((double)trial->samples[i * cells + c], most);
+            sum += value, squares += value * value;
         }
-        if (n > 1.0) total += weights[c] * (squares - sum * sum / n) / (n - 1.0);
+        total += weights[c] * (squares - sum * sum / n) / (n - 1.0);
     }
     return total / (double)cells;
+}
+
+double ca_method_trial_dot_square(const ca_method_trial *trial, const double *weights)
+{
+    const size_t cells = ca_trial_cell_count(&trial->cells);
+    double largest[MET] = {0.0}; /* the least of them first */
+    for (size_t i = 0; i < trial->iterations * cells; i++) {
+        const double value = (double)trial->samples[i];
+        double square = weights[i % cells] * value * value;
+        for (int k = 0; k < MET && square > largest[k]; k++) {
+            if (k > 0) largest[k - 1] = largest[k];
+            largest[k] = square;
+        }
+    }
+    return largest[0];
+}
+
+double ca_method_trial_blur(const ca_method_trial *trial, const ca_method_radii *radii, double passes)
+{
+    if (!ca_method_merges(&trial->method)) return 0.0;
+    const ca_radius_blur *blur =
+        is_photons_alone(trial->method.type) ? &radii->blur_alone : &radii->blur_with_connections;
+    return ca_radius_mean_blur(blur, trial->radius, trial->alpha, passes);
 }

@@ -9,6 +9,7 @@
 #ifndef CA_RENDER_METHOD_TRIAL_H
 #define CA_RENDER_METHOD_TRIAL_H
 
+#include "photon/radius_choice.h"
 #include "render/method_choice.h"
 #include "render/render.h"
 #include "render/workers.h"
@@ -31,6 +32,7 @@ typedef struct ca_method_trial {
     ca_render_settings settings; /* the trial's plan points to it */
     ca_render_plan plan;
     double area, crop_pixels; /* of a pixel, in pixels of the render; the render's rendered part */
+    double radius, alpha;     /* of the render's merges */
     ca_trial_cells cells;
     void *integrator; /* owned */
     ca_workers workers;
@@ -43,10 +45,15 @@ typedef struct ca_method_trial {
 /* N_F in a pass of the render. */
 double ca_method_light_paths(const ca_method *method, const ca_render_plan *plan);
 
-/* Default merge radii of the render with the usual number of light paths (ca_integrator_resolve). */
+/* Default merge radii of the render with the usual number of light paths (ca_integrator_resolve), and how merges blur
+ * with these methods. */
 typedef struct ca_method_radii {
     double photons_alone, with_connections;
+    ca_radius_blur blur_alone, blur_with_connections;
 } ca_method_radii;
+
+/* Seconds that the whole render is expected to take; INFINITY: its passes end it. */
+double ca_method_whole_seconds(const ca_render_plan *plan);
 
 /* May light paths start where a guide says? Not where the settings say anything of it. */
 bool ca_method_may_be_guided(const ca_render_plan *plan);
@@ -75,7 +82,13 @@ double ca_method_trial_seconds(const ca_method_trial *trial);
 /* Of a cell's luminance, over all iterations. */
 double ca_method_trial_sum(const ca_method_trial *trial, size_t cell);
 /* The mean over cells of weights[cell] times the variance of an iteration's luminance; needs two iterations. With a
- * `dot_square` values whose square times the weight is larger are left out; INFINITY: none are. */
+ * `dot_square` values whose square times the weight is larger count as if it were that; INFINITY: none do. */
 double ca_method_trial_variance(const ca_method_trial *trial, const double *weights, double dot_square);
+/* A square times the weight that several values are over: of larger ones the trial has met too few to tell how often
+ * they come. */
+double ca_method_trial_dot_square(const ca_method_trial *trial, const double *weights);
+/* The mean square of what the render's merges blur, relative to a pixel's light, in so many passes; 0: it does not
+ * merge. */
+double ca_method_trial_blur(const ca_method_trial *trial, const ca_method_radii *radii, double passes);
 
 #endif

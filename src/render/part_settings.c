@@ -35,6 +35,7 @@ ca_status ca_part_settings_make(const ca_render_plan *plan, char **text, ca_erro
     snprintf(*text, TEXT_SIZE,
              "version %s\n"
              "scene %016" PRIx64 "\n"
+             "sensor %u\n"
              "integrator %s\n"
              "values%s\n"
              "sampler %s\n"
@@ -43,9 +44,9 @@ ca_status ca_part_settings_make(const ca_render_plan *plan, char **text, ca_erro
              "crop %u,%u,%u,%u\n"
              "filter %s\n"
              "%s",
-             ca_version(), plan->scene->desc.content_hash, integrator, values, ca_sampler_name(plan->sampler.kind),
-             plan->sampler.seed, plan->camera.width, plan->camera.height, crop[0], crop[1], crop[2], crop[3],
-             ca_filter_name(plan->filter.kind), memory);
+             ca_version(), plan->scene->desc.content_hash, plan->scene->desc.camera.sensor, integrator, values,
+             ca_sampler_name(plan->sampler.kind), plan->sampler.seed, plan->camera.width, plan->camera.height,
+             crop[0], crop[1], crop[2], crop[3], ca_filter_name(plan->filter.kind), memory);
     return CA_OK;
 }
 
@@ -89,6 +90,7 @@ ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char 
     snprintf(hash, sizeof hash, "%016" PRIx64, plan->scene->desc.content_hash);
     size_t used = add_line(*text, 0, "version", ca_version());
     used = add_line(*text, used, "scene", hash);
+    used = add_number(*text, used, "sensor", plan->scene->desc.camera.sensor);
     used = add_line(*text, used, "integrator", plan->type->name);
     used = add_film(*text, used, plan, rays);
     /* Last, since some of them follow from the others where they are not given. */
@@ -143,6 +145,8 @@ ca_status ca_pass_settings_use(const char *text, const char *path, ca_render_pla
     good = ca_part_settings_find(text, "samples_per_pass", word, sizeof word) && ca_parse_double(word, &samples) &&
            samples > 0.0 && isfinite(samples);
     if (!good) return fail_settings(text, path, "samples_per_pass", error);
+    const bool has_rays = !ca_part_settings_find(text, "rays", word, sizeof word) || strcmp(word, "none") != 0;
+    if (plan->rays == CA_RAYS_OF_FILE && !has_rays) plan->rays = CA_RAYS_OF_SETTINGS;
     plan->type = type;
     return CA_OK;
 }
@@ -202,7 +206,8 @@ static void share_text(const ca_ranks *ranks, const char *own, char text[TEXT_SI
 ca_status ca_pass_settings_share(const ca_ranks *ranks, ca_render_plan *plan, ca_error *error)
 {
     char text[TEXT_SIZE], *own = NULL;
-    const ca_status made = ranks->rank == 0 ? ca_pass_settings_make(plan, 0, &own, error) : CA_OK;
+    const uint64_t some_rays = plan->rays == CA_RAYS_OF_FILE; /* which they are, each rank reads itself */
+    const ca_status made = ranks->rank == 0 ? ca_pass_settings_make(plan, some_rays, &own, error) : CA_OK;
     share_text(ranks, own, text);
     ca_free(own);
     if (ranks->rank == 0) return made;

@@ -13,8 +13,8 @@ ca_status ca_part_settings_make(const ca_render_plan *plan, char **text, ca_erro
  * come from a file; 0: none do. Numbers that are chosen, or repeated, are no setting. */
 ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char **text, ca_error *error);
 
-/* Gives the plan the integrator and the parameters of such a text, as they are. `path`: the file that it is
- * from, for the error. Errors: CA_ERROR_FORMAT. */
+/* Gives the plan the integrator and the parameters of such a text, as they are; a file of rays that the text's render
+ * had no use for is not used. `path`: the file that it is from, for the error. Errors: CA_ERROR_FORMAT. */
 ca_status ca_pass_settings_use(const char *text, const char *path, ca_render_plan *plan, ca_error *error);
 
 /* Called by all ranks. The others get rank 0's integrator and parameters, as above. The ranks have not agreed on the

@@ -100,13 +100,21 @@ static bool hand_out(ca_rank_work *work, ca_work_range *range)
 
 static bool has_reached_look(const ca_rank_work *work) { return work->next >= work->look; }
 
-bool ca_rank_work_take(ca_rank_work *work, ca_work_range *range)
+/* One that failed on another rank. */
+static bool take_returned(ca_rank_work *work, uint64_t before, ca_work_range *range)
 {
-    if (work->returned_count > 0) {
-        *range = work->returned[--work->returned_count];
+    for (uint32_t i = 0; i < work->returned_count; i++) {
+        if (work->returned[i].begin >= before) continue;
+        *range = work->returned[i];
+        work->returned[i] = work->returned[--work->returned_count];
         return true;
     }
-    return !has_reached_look(work) && hand_out(work, range);
+    return false;
+}
+
+bool ca_rank_work_take(ca_rank_work *work, ca_work_range *range)
+{
+    return take_returned(work, UINT64_MAX, range) || (!has_reached_look(work) && hand_out(work, range));
 }
 
 ca_status ca_rank_work_make(ca_rank_work *work, ca_work_range range, ca_error *error)
@@ -218,6 +226,12 @@ static void answer_all(ca_rank_work *work)
     for (uint32_t i = 1; i < work->ranks->count; i++) answer(work, i);
 }
 
+void ca_rank_work_wait(ca_rank_work *work, bool waits)
+{
+    work->waits = waits;
+    if (!waits) answer_all(work);
+}
+
 /* What failed goes to rank 0. */
 static void note_failure(ca_rank_work *work, ca_helper *helper, const report *said)
 {
@@ -282,26 +296,26 @@ ca_status ca_rank_work_check_whole(const ca_rank_work *work, const char *path, c
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not all %s from the first on could be made", path, what);
 }
 
-/* false: a range was returned, which rank 0 must take and make first. */
-static bool gather_or_take(ca_rank_work *work)
+/* false: all before the border is in the sums, but a range that failed on another rank: rank 0 must make it first.
+ * What failed beyond the border waits. */
+static bool is_all_gathered(ca_rank_work *work, ca_work_range *range)
 {
     if (!work->gathering) begin_gathering(work);
     answer_all(work);
-    while (!is_gathered(work)) {
+    for (;;) {
         ca_rank_message message;
-        if (work->returned_count > 0) return false;
+        if (take_returned(work, work->border, range)) return false;
+        if (is_gathered(work)) return true;
         ca_ranks_wait(work->ranks, CA_ANY_RANK, &message);
         hear(work, message.from);
     }
-    return work->returned_count == 0;
 }
 
 ca_status ca_rank_work_gather(ca_rank_work *work, ca_error *error)
 {
     ca_status status = CA_OK;
-    while (!gather_or_take(work)) {
-        ca_work_range range;
-        if (!ca_rank_work_take(work, &range)) continue;
+    ca_work_range range;
+    while (!is_all_gathered(work, &range)) {
         const ca_status made = ca_rank_work_make(work, range, status == CA_OK ? error : NULL);
         if (status == CA_OK) status = made;
     }

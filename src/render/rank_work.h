@@ -68,7 +68,7 @@ typedef struct ca_rank_work {
     uint64_t look;   /* what is not added before it is decided begins here; UINT64_MAX: nothing */
     uint32_t run;    /* passes are handed out in aligned runs of so many */
     double deadline; /* by the clock: nothing is handed out from then on, but the first range; 0: none */
-    bool waits;      /* the others get nothing yet */
+    bool waits;      /* the others get nothing yet; changed by ca_rank_work_wait */
     bool closed;     /* nothing is handed out any more */
     bool end_asked;  /* another rank was asked to end */
     uint64_t first, next; /* handed out: [first, next) */
@@ -100,6 +100,8 @@ void ca_rank_work_between(void *work);
 
 /* The next range for rank 0; false: there is none, or none before the look. */
 bool ca_rank_work_take(ca_rank_work *work, ca_work_range *range);
+/* The others get nothing until they need not wait any more: those that have asked do then. */
+void ca_rank_work_wait(ca_rank_work *work, bool waits);
 /* Makes it. Where one of its passes failed nothing is handed out any more. */
 ca_status ca_rank_work_make(ca_rank_work *work, ca_work_range range, ca_error *error);
 

@@ -266,7 +266,7 @@ static ca_status make_some(render *r, bool *over, ca_error *error)
         const ca_status status = ca_rank_work_make(work, range, error);
         r->passes = (uint32_t)work->made;
         if (status != CA_OK) return status;
-        work->waits = false;
+        ca_rank_work_wait(work, false);
         if (r->looks.target <= 0.0 && ca_noise_looks_due(&r->looks, r->passes)) look_at_own(r);
         return CA_OK;
     }
@@ -288,7 +288,7 @@ static ca_status lead_passes(render *r, ca_error *error)
     ca_status status = CA_OK;
     work->look = next_look(r);
     work->run = passes_together(r);
-    work->waits = r->kept.resumed % work->run != 0;
+    ca_rank_work_wait(work, r->kept.resumed % work->run != 0);
     while (status == CA_OK && !over && !r->interrupted) {
         status = make_some(r, &over, error);
         if (status != CA_OK) break;
@@ -354,6 +354,7 @@ static void fill_statistics(const render *r, ca_render_statistics *statistics)
         .method = r->plan->method,
         .passes = {r->plan->first_pass, r->plan->first_pass + passes},
         .passes_resumed = r->kept.resumed,
+        .keeps_checkpoint = r->kept.checkpoint.is_kept,
         .numbers_of_rays = ca_ray_file_statistics(&r->rays),
     };
     ca_render_summarise(&summary, statistics);

@@ -140,6 +140,7 @@ typedef struct ca_camera_desc {
     ca_camera_place place;
     ca_fov_axis fov_axis;
     double fov_degrees; /* 0 for the orthographic camera */
+    uint32_t sensor;    /* which <sensor> of its scene it is, counted from 0 */
     ca_location where;
 } ca_camera_desc;
 
