@@ -102,7 +102,13 @@ static void test_refused(void **state)
         {BALL("'plastic'>" NUMBER("int_ior", "1e9")), "\"int_ior\" of plastic is 1e+09, and must lie in"},
         {BALL("'dielectric'>" NUMBER("ext_ior", "1e-9")), "\"ext_ior\" of dielectric is 1e-09, and must lie in"},
         {"<shape type='sphere'><emitter type='area'>" COLOR("radiance", "1e38") "</emitter></shape>",
-         "power of light number 1 is not a finite number"},
+         "the power of this light is not a finite number"},
+        {"<emitter type='point'>" COLOR("intensity", "1e38") "</emitter>",
+         ": the power of this light is not a finite number"},
+        {"<emitter type='point'><point name='position' x='1e20' y='0' z='0'/></emitter>",
+         ": this light is 1e+20 from the origin; rays can be traced up to 2.5e17"},
+        {"<emitter type='spot'><transform name='to_world'><translate x='1e20'/></transform></emitter>",
+         ": this light is 1e+20 from the origin"},
     };
     for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
         ca_scene *scene;

@@ -301,6 +301,17 @@ static float extent_of_camera(const ca_camera *camera)
     return extent;
 }
 
+/* From the origin; 0: the light is nowhere in particular, or on shapes. */
+static double distance_of(const ca_light_desc *light)
+{
+    const double *p = light->as.point.position;
+    const ca_matrix *m = light->kind == CA_LIGHT_SPOT        ? &light->as.spot.to_world
+                         : light->kind == CA_LIGHT_PROJECTOR ? &light->as.projector.to_world
+                                                             : NULL;
+    if (light->kind == CA_LIGHT_POINT) return hypot(hypot(p[0], p[1]), p[2]);
+    return m ? hypot(hypot(m->m[0][3], m->m[1][3]), m->m[2][3]) : 0.0;
+}
+
 /* No ray begins farther away: shapes and what lies around them (rays from lights at infinity begin there), the
  * camera, lights at a point. */
 static float extent_of(const ca_scene *scene)
@@ -309,12 +320,8 @@ static float extent_of(const ca_scene *scene)
     const ca_camera *cameras = camera->kind == CA_CAMERA_PANELS ? camera->as.panels.cameras : camera;
     float extent = farthest(scene->low, scene->high) + 4.0f * scene->radius;
     for (uint32_t i = 0; i < ca_camera_count(camera); i++) extent = ca_max(extent, extent_of_camera(&cameras[i]));
-    for (size_t i = 0; i < scene->desc.lights.count; i++) {
-        const ca_light_desc *light = &scene->desc.lights.items[i];
-        if (light->kind != CA_LIGHT_POINT) continue;
-        const double *p = light->as.point.position;
-        extent = ca_max(extent, ca_length((ca_vec3){(float)p[0], (float)p[1], (float)p[2]}));
-    }
+    for (size_t i = 0; i < scene->desc.lights.count; i++)
+        extent = ca_max(extent, (float)distance_of(&scene->desc.lights.items[i]));
     return extent;
 }
 
@@ -328,6 +335,12 @@ static ca_status check_reach(const ca_scene *scene, ca_error *error)
 {
     const float extent = extent_of(scene);
     const ca_ray_reach alone = CA_RAY_REACH;
+    for (size_t i = 0; i < scene->desc.lights.count; i++) {
+        const double distance = distance_of(&scene->desc.lights.items[i]);
+        if (!reaches(&alone, (float)fmin(distance, (double)FLT_MAX)))
+            return ca_fail(error, CA_ERROR_SCENE, &scene->desc.lights.items[i].where,
+                           "this light is %.3g from the origin; rays can be traced up to 2.5e17", distance);
+    }
     if (!reaches(&alone, extent))
         return ca_fail(error, CA_ERROR_SCENE, NULL,
                        "%s: the scene reaches %.3g from the origin; rays can be traced up to 2.5e17",
@@ -503,6 +516,9 @@ static ca_status compile_lights(ca_scene *scene, ca_error *error)
         CA_TRY(note_environment(scene, i, error));
         scene->light_count = i + 1;
         CA_TRY(ca_light_prepare(&scene->lights[i], scene->center, scene->radius, error));
+        if (!isfinite(scene->lights[i].power))
+            return ca_fail(error, CA_ERROR_SCENE, &scene->desc.lights.items[i].where,
+                           "the power of this light is not a finite number");
     }
     return ca_light_choice_create(&scene->light_choice, scene->lights, count, error);
 }
