@@ -60,7 +60,7 @@ static void test_scenes(void **state)
     expect_refused(1e-18, 4.0, "too small or too large");
     expect_refused(1e14, 4.0, "too small or too large");
     expect_refused(1e-10, 1e9, "scaled down too far");
-    expect_refused(1.0, 1e18, "reaches 1e+18 from the origin");
+    expect_refused(1.0, 1e18, "this light is 1e+18 from the origin");
     for (double scale = 1e-9; scale < 2e10; scale *= 10.0) {
         ca_scene *scene;
         ca_error error = {""};

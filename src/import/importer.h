@@ -65,6 +65,7 @@ typedef struct ca_importer {
     ca_error *error;
     ca_status status; /* the first failure */
     uint32_t nesting;
+    bool is_text; /* of XML; trees that readers of other formats make may divide a reflectance by a weight */
     const ca_xml_node *entered; /* the last object whose parameters are read; NULL: none so far */
     uint32_t sensor, sensor_count; /* the wanted one, and how many there were so far */
     bool has_camera;               /* the sensor of the wanted id was there */

@@ -260,7 +260,7 @@ static ca_texture_id nested_texture(ca_props *props, const ca_xml_node *node, ca
     if (!ca_import_good(importer) || role == CA_COLOR_INDEX || role == CA_COLOR_SIGNED) return id;
     const uint32_t picture = picture_of(importer->desc, id);
     if (picture != CA_NONE) ca_import_cut_negative(importer, picture, &node->where);
-    if (role == CA_COLOR_REFLECTANCE)
+    if (role == CA_COLOR_REFLECTANCE && importer->is_text)
         ca_import_check_component(importer, node, largest_number(importer->desc, id), role);
     return id;
 }

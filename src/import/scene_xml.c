@@ -430,6 +430,7 @@ static ca_status load_document(ca_importer *importer)
 {
     const ca_scene_source *source = importer->source;
     const scene_format *format = find_format(source);
+    importer->is_text = !format;
     if (!format)
         return ca_document_load(&importer->document, source->path, source->text, source->size, source->defines,
                                 source->define_count, &importer->desc->strings, importer->error);
