@@ -175,6 +175,21 @@ const char *ca_import_filename(ca_props *props, const char *name)
 
 /* ---- Images ---------------------------------------------------------------------------------------------------- */
 
+static size_t numbers_of(const ca_image *image)
+{
+    return (size_t)image->width * image->height * image->channels;
+}
+
+static ca_status check_finite(const ca_image *image, const char *path, ca_error *reason)
+{
+    const size_t row = (size_t)image->width * image->channels;
+    for (size_t i = 0; i < numbers_of(image); i++)
+        if (!isfinite(image->data[i]))
+            return ca_fail(reason, CA_ERROR_SCENE, NULL, "%s: the pixel (%zu, %zu) is not a finite number", path,
+                           i % row / image->channels, i / row);
+    return CA_OK;
+}
+
 /* What the previous version has read is not read again. */
 static ca_status read_image_file(ca_importer *importer, const ca_import_image *key, ca_image *image, ca_error *reason)
 {
@@ -183,20 +198,9 @@ static ca_status read_image_file(ca_importer *importer, const ca_import_image *k
     if (made_of && ca_reuse_image(importer, made_of, image)) return CA_OK;
     CA_TRY(ca_image_read(key->path, key->encoding, image, reason));
     image->made_of = made_of;
-    return CA_OK;
-}
-
-/* false, after failing: a texel is no number. */
-static bool is_finite(ca_importer *importer, const ca_image *image, const char *path, const ca_location *where)
-{
-    const size_t row = (size_t)image->width * image->channels;
-    for (size_t i = 0; i < row * image->height; i++) {
-        if (isfinite(image->data[i])) continue;
-        ca_import_fail(importer, where, "%s: the pixel (%zu, %zu) is not a finite number", path,
-                       i % row / image->channels, i / row);
-        return false;
-    }
-    return true;
+    const ca_status status = check_finite(image, key->path, reason);
+    if (status != CA_OK) ca_image_destroy(image);
+    return status;
 }
 
 static uint32_t read_image(ca_importer *importer, const ca_import_image *key, const ca_location *where)
@@ -209,10 +213,8 @@ static uint32_t read_image(ca_importer *importer, const ca_import_image *key, co
         ca_import_fail_file(importer, where, status, &reason);
         return CA_NONE;
     }
-    const bool good = is_finite(importer, &image, key->path, where);
-    if (!good || !CA_TABLE_ADD(&importer->desc->images)) {
+    if (!CA_TABLE_ADD(&importer->desc->images)) {
         ca_image_destroy(&image);
-        if (!good) return CA_NONE;
         ca_import_fail_memory(importer, "images");
         return CA_NONE;
     }
@@ -248,11 +250,6 @@ uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding)
         .path = name ? name : ca_import_filename(props, "filename"), .array = name, .encoding = encoding};
     if (!key.path || !ca_import_good(props->importer)) return CA_NONE;
     return image_of(props->importer, &key, &props->node->where);
-}
-
-static size_t numbers_of(const ca_image *image)
-{
-    return (size_t)image->width * image->height * image->channels;
 }
 
 static const char *path_of_image(const ca_importer *importer, uint32_t image)

@@ -22,9 +22,6 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 #define LEAST_SECONDS 0.1
 #define MOST_SECONDS 5.0
 
-/* Of an iteration, s, by a clock that may be coarse. */
-#define SHORTEST 1e-9
-
 /* A pixel's error counts over its squared luminance plus this, as in relMSE (metrics/compare.h). */
 #define LEAST_SQUARE 0.01
 
@@ -331,20 +328,13 @@ static ca_status set_weights(chooser *c, ca_error *error)
     return CA_OK;
 }
 
-/* Iterations of the whole render, each of which takes so long. */
-static double passes_of(const ca_render_plan *plan, double seconds)
-{
-    const double in_time = fmax(1.0, ca_method_whole_seconds(plan) * plan->threads / fmax(seconds, SHORTEST));
-    return plan->open_ended ? in_time : fmin(in_time, plan->pass_limit - plan->first_pass);
-}
-
 /* Of methods that merge the pilot tells no dots: theirs are in the trial. */
 static ca_method_score score_of(const chooser *c, uint32_t i)
 {
     const ca_method_trial *trial = &c->trials[i];
     const bool merges = ca_method_merges(&c->methods[i]);
     const double square = merges ? (double)INFINITY : ca_method_trial_dot_square(trial, c->weights);
-    const double seconds = ca_method_trial_seconds(trial), passes = passes_of(c->plan, seconds);
+    const double seconds = ca_method_trial_seconds(trial), passes = ca_method_passes(c->plan, seconds);
     return (ca_method_score){.variance = ca_method_trial_variance(trial, c->weights, square),
                              .dots = dots_of(c, i, square),
                              .common = ca_method_trial_variance(trial, c->weights, CA_COMMON_SQUARE),

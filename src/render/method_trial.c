@@ -24,6 +24,9 @@ enum { GROUP = 256, MET = 8 };
 #define USUAL_RENDER_SECONDS 25.0
 #define CAMERA_PATHS_PER_SECOND 4e5
 
+/* Of an iteration, s, by a clock that may be coarse. */
+#define SHORTEST 1e-9
+
 /* ---- Parameters ------------------------------------------------------------------------------------------------ */
 
 static double pixels_of_film(const ca_render_plan *plan)
@@ -116,13 +119,17 @@ double ca_method_whole_seconds(const ca_render_plan *plan)
     return given > 0.0 ? given : plan->open_ended ? USUAL_RENDER_SECONDS : (double)INFINITY;
 }
 
+double ca_method_passes(const ca_render_plan *plan, double seconds)
+{
+    const double passes = plan->open_ended ? (double)INFINITY : plan->pass_limit - plan->first_pass;
+    const double in_time = ca_method_whole_seconds(plan) * plan->threads / fmax(seconds, SHORTEST);
+    return fmin(passes, fmax(1.0, ceil(in_time)));
+}
+
 /* Before it is known what one takes. */
 static double expected_passes(const ca_render_plan *plan)
 {
-    const double passes = plan->open_ended ? (double)INFINITY : plan->pass_limit - plan->first_pass;
-    const double paths = ca_render_plan_pixels(plan) * plan->camera_paths;
-    const double in_time = ca_method_whole_seconds(plan) * plan->threads * CAMERA_PATHS_PER_SECOND / paths;
-    return fmin(passes, fmax(1.0, ceil(in_time)));
+    return ca_method_passes(plan, ca_render_plan_pixels(plan) * plan->camera_paths / CAMERA_PATHS_PER_SECOND);
 }
 
 /* ---- The trial's picture --------------------------------------------------------------------------------------- */

@@ -54,6 +54,8 @@ typedef struct ca_method_radii {
 
 /* Seconds that the whole render is expected to take; INFINITY: its passes end it. */
 double ca_method_whole_seconds(const ca_render_plan *plan);
+/* Iterations of the whole render, each of which takes so many seconds of a processor. */
+double ca_method_passes(const ca_render_plan *plan, double seconds);
 
 /* May light paths start where a guide says? Not where the settings say anything of it. */
 bool ca_method_may_be_guided(const ca_render_plan *plan);

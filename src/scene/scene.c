@@ -333,7 +333,6 @@ static bool reaches(const ca_ray_reach *reach, float extent)
 
 static ca_status check_reach(const ca_scene *scene, ca_error *error)
 {
-    const float extent = extent_of(scene);
     const ca_ray_reach alone = CA_RAY_REACH;
     for (size_t i = 0; i < scene->desc.lights.count; i++) {
         const double distance = distance_of(&scene->desc.lights.items[i]);
@@ -341,6 +340,7 @@ static ca_status check_reach(const ca_scene *scene, ca_error *error)
             return ca_fail(error, CA_ERROR_SCENE, &scene->desc.lights.items[i].where,
                            "this light is %.3g from the origin; rays can be traced up to 2.5e17", distance);
     }
+    const float extent = extent_of(scene);
     if (!reaches(&alone, extent))
         return ca_fail(error, CA_ERROR_SCENE, NULL,
                        "%s: the scene reaches %.3g from the origin; rays can be traced up to 2.5e17",
@@ -468,8 +468,7 @@ static ca_status light_from_desc(ca_scene *scene, ca_light *light, const ca_ligh
     case CA_LIGHT_POINT:
         light->as.point.position = vec3_from_doubles(desc->as.point.position);
         light->as.point.intensity = desc->as.point.intensity;
-        if (isfinite(ca_length(light->as.point.position))) break;
-        return ca_fail(error, CA_ERROR_SCENE, &desc->where, "this light's position is not finite");
+        break;
     case CA_LIGHT_SPOT: return compile_spot(light, desc, error);
     case CA_LIGHT_DIRECTIONAL: return compile_directional(light, desc, error);
     case CA_LIGHT_PROJECTOR: return compile_projector(light, desc, error);
