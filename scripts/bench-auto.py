@@ -3,11 +3,12 @@
 
     bench-auto.py PROGRAM FOLDER [--seconds S] [--size N] [--only SCENE] [--table FILE]
 
-PROGRAM is caustica; references are kept in FOLDER. For each scene there is a grid of methods: every integrator, with light
-paths a pass in three numbers, and with the default merge radius, half of it and twice. Cells are cut by halves: each is rendered
-for an eighth of the time, the best eight for half of it, of these the best two for all of it with two seeds. The best of them is
-judged by two other seeds, against `auto` with the same seeds and time. The error is relMSE against a reference by `vavcm` with
-another seed; the efficiency is 1 / (relMSE x seconds). Prints a table in Markdown."""
+PROGRAM is caustica; references and the best of each grid are kept in FOLDER, so that a second run only judges. For each scene
+there is a grid of methods: every integrator, with light paths a pass in three numbers, and with the default merge radius, half of
+it and twice. Cells are cut by halves: each is rendered for an eighth of the time, the best eight for half of it, of these the best
+two for all of it with two seeds. The best of them is judged by two other seeds, against `auto` with the same seeds and time. The
+error is relMSE against a reference by `vavcm` with another seed; the efficiency is 1 / (relMSE x seconds). Prints a table in
+Markdown."""
 import argparse
 import hashlib
 import json
@@ -47,9 +48,11 @@ class Bench:
         with open(self.path("stats.json")) as file:
             return json.load(file)
 
+    def key(self, scene):
+        return f"{hashlib.sha256(open(scene, 'rb').read()).hexdigest()[:12]}-{self.options.size}"
+
     def reference(self, scene):
-        key = hashlib.sha256(open(scene, "rb").read()).hexdigest()[:12]
-        path = self.path(f"reference-{key}-{self.options.size}.exr")
+        path = self.path(f"reference-{self.key(scene)}.exr")
         if not os.path.exists(path):
             self.render(scene, "vavcm", REFERENCE_TIMES * self.options.seconds, REFERENCE_SEED, path)
         return path
@@ -91,6 +94,15 @@ class Bench:
         return known[scene, method]
 
     def best_of_grid(self, scene):
+        """The method that the grid finds, or that it found before."""
+        path = self.path(f"best-{self.key(scene)}-{self.options.seconds:g}.txt")
+        if not os.path.exists(path):
+            best = self.search_grid(scene)
+            with open(path, "w") as file:
+                file.write(best + "\n")
+        return open(path).read().strip()
+
+    def search_grid(self, scene):
         cells, seconds = self.grid(scene), self.options.seconds
         def ranked(names, share, seeds):
             costs = {n: statistics.mean(self.cost(scene, n, share * seconds, s)[0] for s in seeds) for n in names}

@@ -57,39 +57,48 @@ static double much(const void *user, uint32_t x, uint32_t y)
     return MUCH;
 }
 
+/* What a pilot of this effort says of a render of 256 passes of 24 x 24 pixels. */
+static double dots_told(const ca_scene *scene, const ca_render_settings *settings, uint32_t effort)
+{
+    ca_render_plan plan;
+    ca_mis_rules counts;
+    ca_light_pilot pilot;
+    ca_error error;
+    assert_int_equal(ca_render_plan_make(&plan, scene, settings, &error), CA_OK);
+    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
+    const ca_light_question question = {.counts = &counts, .methods = 1, .iterations = 256.0, .effort = effort};
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &question, &error), CA_OK);
+    assert_true(pilot.counters.camera_paths == (uint64_t)effort * CA_PILOT_CAMERA_PATHS);
+    assert_true(pilot.counters.light_paths == (uint64_t)effort * CA_PILOT_LIGHT_PATHS);
+    ca_lost_light(pilot.samples[0], pilot.count);
+    const ca_dot_light light = {.light_paths = 1.0,
+                                .camera_paths = effort * CA_PILOT_CAMERA_PATHS,
+                                .expected_scale = 256.0 * 24 * 24 / (effort * CA_PILOT_CAMERA_PATHS),
+                                .paths_of_pixel = 1.0,
+                                .weight = much};
+    const double told = ca_method_dots(pilot.samples[0], pilot.count, &light) / MUCH;
+    ca_light_pilot_destroy(&pilot);
+    return told;
+}
+
 /* A camera path of `path` brings one contribution there, by next event. Where all of them pass for dots, what the
- * pilot says is the mean square of a sample. */
+ * pilot says is the mean square of a sample, whatever its effort. */
 static void test_dots_are_the_second_moment(void **state)
 {
     (void)state;
     ca_scene *scene = wall_scene();
     ca_render_settings settings;
-    ca_render_plan plan;
-    ca_mis_rules counts;
-    ca_light_pilot pilot;
-    ca_error error;
     ca_render_settings_init(&settings);
     settings.integrator = "path:max_depth=2";
     settings.samples_per_pixel = 256;
-    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
-    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, 256.0, &error), CA_OK);
-    ca_lost_light(pilot.samples[0], pilot.count);
-    const ca_dot_light light = {.light_paths = 1.0,
-                                .camera_paths = CA_PILOT_CAMERA_PATHS,
-                                .expected_scale = 256.0 * 24 * 24 / CA_PILOT_CAMERA_PATHS,
-                                .paths_of_pixel = 1.0,
-                                .weight = much};
-    const double told = ca_method_dots(pilot.samples[0], pilot.count, &light) / MUCH;
-    ca_light_pilot_destroy(&pilot);
-
+    const double told = dots_told(scene, &settings, 1), more = dots_told(scene, &settings, 4);
     ca_image_layers *image = render_scene(scene, &settings);
     const float *g = ca_image_channel(image, "G"), *variance = ca_image_channel(image, "Variance.G");
     double measured = 0.0;
     for (int p = 0; p < 24 * 24; p++) measured += (double)variance[p] + (double)g[p] * (double)g[p];
     measured /= 24 * 24;
-    print_message("second moment %.5g, by the pilot %.5g\n", measured, told);
-    assert_true(fabs(told / measured - 1.0) < 0.05);
+    print_message("second moment %.5g, by the pilot %.5g, by a longer one %.5g\n", measured, told, more);
+    assert_true(fabs(told / measured - 1.0) < 0.05 && fabs(more / measured - 1.0) < 0.05);
     ca_image_release(image);
     ca_scene_release(scene);
 }
@@ -118,7 +127,8 @@ static void test_configure(void **state)
     const ca_method four = {.type = &ca_integrator_vavcm, .light_paths_log4 = 1};
     const ca_method path = {.type = &ca_integrator_path};
     const ca_method no_splats = {.type = &ca_integrator_bdpt, .no_splats = true};
-    const ca_method_radii radii = {.photons_alone = 0.5, .with_connections = 0.25};
+    const ca_method_radii radii = {
+        .of = {{.radius = 0.75}, {.radius = 0.5}, {.radius = 0.25}}}; /* of ca_merging */
     char text[512];
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
     assert_int_equal(ca_method_configure(&four, &plan, &radii, &input, NULL), CA_OK);
@@ -142,17 +152,17 @@ static void test_configure(void **state)
     assert_true(ca_integrator_value(bdpm.type, &input, "radius", 0.0) == 0.5);
 
     /* Where numbers of rays are chosen, too, the radius does not shrink: it is looked for as it will be. */
-    ca_method_radii found, fixed;
+    ca_method_radius found, fixed;
     settings.integrator = "auto:max_depth=7,alpha=0";
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
-    assert_int_equal(ca_method_find_radius(&plan, true, &fixed, NULL), CA_OK);
+    assert_int_equal(ca_method_find_radius(&plan, CA_MERGING_BDPM, &fixed, NULL), CA_OK);
     settings.integrator = "auto:max_depth=7";
     settings.rays = "auto";
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
     assert_int_equal(ca_method_configure(&bdpm, &plan, &radii, &input, NULL), CA_OK);
     assert_true(ca_integrator_value(bdpm.type, &input, "alpha", 1.0) == 0.0);
-    assert_int_equal(ca_method_find_radius(&plan, true, &found, NULL), CA_OK);
-    assert_true(found.photons_alone == fixed.photons_alone);
+    assert_int_equal(ca_method_find_radius(&plan, CA_MERGING_BDPM, &found, NULL), CA_OK);
+    assert_true(found.radius == fixed.radius);
     ca_scene_release(scene);
 }
 
@@ -160,19 +170,23 @@ static void test_configure(void **state)
 static void test_radii(void **state)
 {
     (void)state;
-    ca_scene *scene = wall_scene();
-    const ca_render_settings settings = auto_settings("auto:max_depth=4", 4);
-    ca_render_plan plan;
-    ca_method_radii radii;
+    ca_scene *scene = bundled_scene("glass-slab/glass-slab");
+    const ca_render_settings settings = auto_settings("auto:max_depth=8", 4);
+    static const char *const methods[CA_MERGINGS] = {
+        [CA_MERGING_PPM] = "ppm:max_depth=8",
+        [CA_MERGING_BDPM] = "bdpm:max_depth=8",
+        [CA_MERGING_AND_CONNECTING] = "vavcm:max_depth=8",
+    };
+    ca_render_plan plan, own;
+    ca_method_radius found[CA_MERGINGS];
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
-    for (int alone = 0; alone < 2; alone++)
-        assert_int_equal(ca_method_find_radius(&plan, alone, &radii, NULL), CA_OK);
-    const ca_render_settings alone = auto_settings("bdpm:max_depth=4", 4),
-                             kin = auto_settings("vavcm:max_depth=4", 4);
-    assert_int_equal(ca_render_plan_make(&plan, scene, &alone, NULL), CA_OK);
-    assert_true(ca_integrator_value(plan.type, &plan.input, "radius", 0.0) == radii.photons_alone);
-    assert_int_equal(ca_render_plan_make(&plan, scene, &kin, NULL), CA_OK);
-    assert_true(ca_integrator_value(plan.type, &plan.input, "radius", 0.0) == radii.with_connections);
+    for (int m = 0; m < CA_MERGINGS; m++) {
+        const ca_render_settings named = auto_settings(methods[m], 4);
+        assert_int_equal(ca_method_find_radius(&plan, (ca_merging)m, &found[m], NULL), CA_OK);
+        assert_int_equal(ca_render_plan_make(&own, scene, &named, NULL), CA_OK);
+        assert_true(ca_integrator_value(own.type, &own.input, "radius", 0.0) == found[m].radius);
+    }
+    assert_true(found[CA_MERGING_PPM].radius != found[CA_MERGING_BDPM].radius);
     ca_scene_release(scene);
 }
 
@@ -202,7 +216,7 @@ static double trial_variance(const ca_scene *scene, const ca_method *method, uin
     settings.width = settings.height = RENDER_SIDE;
     ca_render_plan plan;
     ca_method_trial trial;
-    const ca_method_radii radii = {.photons_alone = 1.0, .with_connections = 1.0}; /* not used: one is set */
+    const ca_method_radii radii = {0}; /* not used: one is set */
     ca_error error;
     for (int p = 0; p <= CA_TRIAL_CELLS; p++) weights[p] = 1.0;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
@@ -263,7 +277,7 @@ static void test_trial_merges_alike(void **state)
     ca_render_plan plan;
     ca_method_trial trial;
     const ca_method methods[] = {{.type = &ca_integrator_bdpm}, {.type = &ca_integrator_vcm, .light_paths_log4 = -1}};
-    const ca_method_radii radii = {.photons_alone = 8.0, .with_connections = 8.0}; /* not used: one is set */
+    const ca_method_radii radii = {0}; /* not used: one is set */
     ca_error error;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, &error), CA_OK);
     for (size_t i = 0; i < 2; i++) {

@@ -170,6 +170,23 @@ static void test_wrong_names(void **state)
     assert_false(exists(folder_of(state), "never.png"));
 }
 
+/* What only .png shows is refused where none is written. */
+static void test_no_png(void **state)
+{
+    ca_program_result r;
+    write_text(folder_of(state), "bright.xml", bright_text);
+    RENDER(&r, "--tone", "aces", "-o", "never.exr");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "--tone: only .png has a look, and none is written");
+    RENDER(&r, "--exposure", "1", "-o", "never.exr", "-o", "never.pfm");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "--exposure: only .png has a look, and none is written");
+    RUN(&r, "merge", "a.part", "--exposure=1", "-o", "never.exr");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "--exposure: only .png has a look, and none is written");
+    assert_false(exists(folder_of(state), "never.exr"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -177,6 +194,7 @@ int main(void)
         PROGRAM_TEST(test_only_pictures_are_toned),
         PROGRAM_TEST(test_merged_parts),
         PROGRAM_TEST(test_wrong_names),
+        PROGRAM_TEST(test_no_png),
     };
     return run_program_tests("tone curves of pictures", tests, sizeof tests / sizeof tests[0]);
 }

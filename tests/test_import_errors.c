@@ -114,7 +114,7 @@ static void wrong_values(void **state)
         {SCENE("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.5 0.5\"/></bsdf>"),
          "2:22: <rgb> needs 3 numbers in \"value\", not \"0.5 0.5\""},
         {SCENE("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.5 1.5 0\"/></bsdf>"),
-         "2:22: a reflectance lies in [0, 1], and 1.5 does not"},
+         "2:22: reflectances, weights and opacities lie in [0, 1], and 1.5 does not"},
         {SCENE("<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"#12345g\"/></bsdf>"),
          "2:22: \"#12345g\" is no colour of the form #rrggbb"},
         {SCENE("<bsdf type=\"diffuse\"><spectrum name=\"reflectance\" value=\"400:1 300:1\"/></bsdf>"),
@@ -354,15 +354,15 @@ static void wrong_colors(void **state)
     static const mistake mistakes[] = {
         {REFLECTS("<texture name=\"reflectance\" type=\"checkerboard\"><rgb name=\"color1\" value=\"0.1 1.5 0.1\"/>"
                   "</texture>"),
-         "2:22: a reflectance lies in [0, 1], and 1.5 does not"},
+         "2:22: reflectances, weights and opacities lie in [0, 1], and 1.5 does not"},
         {REFLECTS("<texture name=\"reflectance\" type=\"scale\"><float name=\"scale\" value=\"4\"/>" CHECKS
                   "</texture>"),
-         "2:22: a reflectance lies in [0, 1], and 2 does not"},
+         "2:22: reflectances, weights and opacities lie in [0, 1], and 2 does not"},
         {REFLECTS("<spectrum name=\"reflectance\" type=\"d65\"><float name=\"scale\" value=\"5\"/></spectrum>"),
-         "2:22: a reflectance lies in [0, 1], and 5 does not"},
+         "2:22: reflectances, weights and opacities lie in [0, 1], and 5 does not"},
         {REFLECTS("<spectrum name=\"reflectance\" type=\"rawconstant\"><vector name=\"value\" value=\"0.5 5 0\"/>"
                   "</spectrum>"),
-         "2:70: a reflectance lies in [0, 1], and 5 does not"},
+         "2:70: reflectances, weights and opacities lie in [0, 1], and 5 does not"},
         {SCENE("<emitter type=\"point\"><spectrum name=\"intensity\" type=\"rawconstant\"><vector name=\"value\" "
                "value=\"1 -1 1\"/></spectrum></emitter>"),
          "2:69: a colour cannot have the component -1"},

@@ -54,19 +54,39 @@ static void test_noise(void **state)
     assert_true(fabs(ca_method_cost(&scores[3]) - 7.0) < 1e-9);
 }
 
-/* Half the variance after 64 passes, where the radius has its least error, which shrinks from there; what the pilot
- * tells only where all light is merged, and it is more. */
+/* The variance after 64 passes, where the radius has its least error, which shrinks from there, or what the pilot
+ * tells if that is more; between the two, and far less, where connections find light, too. */
 static void test_blur(void **state)
 {
     (void)state;
     const ca_method path = {.type = &ca_integrator_path}, vcm = {.type = &ca_integrator_vcm};
     const ca_method ppm = {.type = &ca_integrator_ppm};
     assert_true(ca_method_blur(&path, 0.5, 6.4, 0.5, 64.0) == 0.0);
-    assert_true(fabs(ca_method_blur(&vcm, 0.7, 6.4, 0.5, 64.0) - 0.05) < 1e-12);
-    assert_true(fabs(ca_method_blur(&vcm, 0.7, 6.4, 0.5, 256.0) - 0.025) < 1e-12);
-    assert_true(fabs(ca_method_blur(&vcm, 0.7, 6.4, 0.5, 16.0) - 0.1) < 1e-12);
-    assert_true(fabs(ca_method_blur(&ppm, 0.01, 6.4, 0.5, 64.0) - 0.05) < 1e-12);
+    assert_true(fabs(ca_method_blur(&ppm, 0.01, 6.4, 0.5, 64.0) - 0.1) < 1e-12);
+    assert_true(fabs(ca_method_blur(&ppm, 0.01, 6.4, 0.5, 256.0) - 0.05) < 1e-12);
+    assert_true(fabs(ca_method_blur(&ppm, 0.01, 6.4, 0.5, 16.0) - 0.2) < 1e-12);
     assert_true(ca_method_blur(&ppm, 0.7, 6.4, 0.5, 64.0) == 0.7);
+    assert_true(fabs(ca_method_blur(&vcm, 0.7, 6.4, 0.5, 64.0) - sqrt(0.06 * 0.1 * 0.7)) < 1e-12);
+}
+
+/* Merges that have weights blur no more than those that have none. */
+static void test_blur_of_a_trial(void **state)
+{
+    (void)state;
+    const double end = (double)INFINITY;
+    ca_method_radii much = {.of = {[CA_MERGING_PPM].blur = {2.0, 2.0, end}, [CA_MERGING_BDPM].blur = {1.0, 2.0, end}}};
+    ca_method_radii little = much;
+    much.of[CA_MERGING_AND_CONNECTING].blur = (ca_radius_blur){0.25, 2.0, end};
+    little.of[CA_MERGING_AND_CONNECTING].blur = (ca_radius_blur){4.0, 2.0, end};
+    const ca_method_trial path = {.method = {.type = &ca_integrator_path}, .radius = 3.0};
+    const ca_method_trial ppm = {.method = {.type = &ca_integrator_ppm}, .radius = 3.0};
+    const ca_method_trial bdpm = {.method = {.type = &ca_integrator_bdpm}, .radius = 3.0};
+    const ca_method_trial vcm = {.method = {.type = &ca_integrator_vcm}, .radius = 3.0};
+    assert_true(ca_method_trial_blur(&path, &much, 10.0) == 0.0);
+    assert_true(fabs(ca_method_trial_blur(&ppm, &much, 10.0) - 18.0) < 1e-9);
+    assert_true(fabs(ca_method_trial_blur(&bdpm, &much, 10.0) - 9.0) < 1e-9);
+    assert_true(fabs(ca_method_trial_blur(&vcm, &much, 10.0) - 2.25) < 1e-9);
+    assert_true(fabs(ca_method_trial_blur(&vcm, &little, 10.0) - 9.0) < 1e-9);
 }
 
 /* Twice the cost may be chance after a few iterations, not after many. */
@@ -255,6 +275,7 @@ int main(void)
         cmocka_unit_test(test_cost),
         cmocka_unit_test(test_noise),
         cmocka_unit_test(test_blur),
+        cmocka_unit_test(test_blur_of_a_trial),
         cmocka_unit_test(test_goes_on),
         cmocka_unit_test(test_first_methods),
         cmocka_unit_test(test_neighbours),

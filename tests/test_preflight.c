@@ -106,7 +106,8 @@ static ca_preflight preflight_of(const ca_scene *scene, const ca_render_settings
 }
 
 /* The pilot of a render with so many passes. */
-static ca_light_pilot pilot_of(const ca_scene *scene, const ca_render_settings *settings, uint32_t passes)
+static ca_light_pilot pilot_with_effort(const ca_scene *scene, const ca_render_settings *settings, uint32_t passes,
+                                        uint32_t effort)
 {
     ca_render_plan plan;
     ca_mis_rules counts;
@@ -114,8 +115,14 @@ static ca_light_pilot pilot_of(const ca_scene *scene, const ca_render_settings *
     ca_error error;
     assert_int_equal(ca_render_plan_make(&plan, scene, settings, &error), CA_OK);
     assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &counts, 1, passes, &error), CA_OK);
+    const ca_light_question question = {.counts = &counts, .methods = 1, .iterations = passes, .effort = effort};
+    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &question, &error), CA_OK);
     return pilot;
+}
+
+static ca_light_pilot pilot_of(const ca_scene *scene, const ca_render_settings *settings, uint32_t passes)
+{
+    return pilot_with_effort(scene, settings, passes, 1);
 }
 
 static void assert_warns(const ca_preflight *preflight, const char *words)
@@ -403,6 +410,41 @@ static void test_rare_merges(void **state)
     "name='beam_width' value='0.9'/><transform name='to_world'><lookat origin='-0.05,0,0.3' target='-0.05,0,0' "     \
     "up='0,1,0'/></transform></emitter></scene>"
 
+/* Less than half of the picture sees a wall nearby, with a disk of light, and the rest one so far away that the
+ * smallest radius, a part of the median pixel there, is larger than the wall. What was traced until that was clear
+ * stands for all: whatever share of the paths it is, the same samples are expected. */
+static void test_crowd_at_any_radius(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(
+        "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='40'/>"
+        "<float name='far_clip' value='1e12'/>"
+        "<transform name='to_world'><lookat origin='0,0,0' target='0,0,1' up='0,1,0'/></transform>"
+        "<film type='hdrfilm'><integer name='width' value='24'/><integer name='height' value='24'/>"
+        "<rfilter type='box'/></film></sensor>"
+        "<shape type='rectangle'><transform name='to_world'><scale x='1' y='2'/><rotate y='1' angle='180'/>"
+        "<translate x='1.1' z='2'/></transform></shape>"
+        "<shape type='rectangle'><transform name='to_world'><scale value='1e9'/><rotate y='1' angle='180'/>"
+        "<translate z='1e9'/></transform></shape>"
+        "<emitter type='spot'><rgb name='intensity' value='1'/><float name='cutoff_angle' value='16.7'/><float "
+        "name='beam_width' value='16'/><transform name='to_world'><lookat origin='0.42,0,1' target='0.42,0,2' "
+        "up='0,1,0'/></transform></emitter></scene>");
+    const ca_render_settings settings = settings_of("path:max_depth=2", 16);
+    double expected[2] = {0.0};
+    for (int i = 0; i < 2; i++) {
+        const uint32_t effort = i == 0 ? 1 : 16;
+        ca_light_pilot pilot = pilot_with_effort(scene, &settings, 16, effort);
+        for (size_t k = 0; k < pilot.count; k++) expected[i] += pilot.samples[0][k].expected;
+        print_message("%.0f camera paths, %.4g samples expected\n", pilot.camera_paths, expected[i]);
+        assert_true(pilot.camera_paths < effort * CA_PILOT_CAMERA_PATHS / 64.0);
+        assert_true(pilot.camera_paths == (double)pilot.counters.camera_paths);
+        assert_true(fabs(pilot.scale * pilot.camera_paths - 24.0 * 24.0 * 16.0) < 1e-6);
+        ca_light_pilot_destroy(&pilot);
+    }
+    assert_true(fabs(expected[1] / expected[0] - 1.0) < 0.3);
+    ca_scene_release(scene);
+}
+
 static void test_crowd(void **state)
 {
     (void)state;
@@ -626,7 +668,7 @@ int main(void)
         cmocka_unit_test(test_all_integrators_tell),
         cmocka_unit_test(test_reuse_rules),      cmocka_unit_test(test_photons_of_one_merge),
         cmocka_unit_test(test_crowd),
-        cmocka_unit_test(test_crowd_is_seen_early), cmocka_unit_test(test_out_of_memory),
+        cmocka_unit_test(test_crowd_at_any_radius), cmocka_unit_test(test_crowd_is_seen_early), cmocka_unit_test(test_out_of_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

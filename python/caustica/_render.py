@@ -36,6 +36,12 @@ class Settings:
     threads: int = 0
 
 
+# Numbers of ca_render_settings, and what Settings calls them.
+_NUMBERS = {"samples_per_pixel": "spp", "seconds": "seconds", "noise_percent": "noise", "seed": "seed", "max_depth": "max_depth",
+            "alpha": "alpha", "radius": "radius", "light_paths": "light_paths", "camera_paths": "camera_paths",
+            "replicates": "replicates", "memory_mib": "memory", "threads": "threads"}
+
+
 class _Call:
     """A ca_render_settings with its texts and its progress callback."""
 
@@ -43,20 +49,26 @@ class _Call:
         self.progress, self.exception, self.kept = progress, None, []
         self.struct = s = ffi.new("ca_render_settings *")
         lib.ca_render_settings_init_sized(s, ffi.sizeof("ca_render_settings"))
-        s.samples_per_pixel, s.seconds, s.noise_percent = settings.spp, settings.seconds, settings.noise
+        for name, called in _NUMBERS.items():
+            self._number(name, called, getattr(settings, called) or 0)
         s.integrator, s.sampler = self._text(settings.integrator), self._text(settings.sampler)
         s.rays, s.rays_objective = self._text(settings.rays), self._text(settings.rays_objective)
-        s.has_seed, s.seed = settings.seed is not None, settings.seed or 0
+        s.has_seed = settings.seed is not None
         if settings.size is not None:
             s.width, s.height = settings.size
         if settings.crop is not None:
             s.has_crop, s.crop = True, list(settings.crop)
-        s.has_max_depth, s.max_depth = settings.max_depth is not None, settings.max_depth or 0
-        s.has_alpha, s.alpha = settings.alpha is not None, settings.alpha or 0.0
-        s.radius, s.light_paths, s.camera_paths = settings.radius, settings.light_paths, settings.camera_paths
-        s.replicates, s.memory_mib, s.threads = settings.replicates, settings.memory, settings.threads
+        s.has_max_depth, s.has_alpha = settings.max_depth is not None, settings.alpha is not None
         self.handle = ffi.new_handle(self)
         s.progress, s.progress_user = lib.caustica_progress, self.handle
+
+    def _number(self, name, called, value):
+        try:
+            setattr(self.struct, name, value)
+        except OverflowError:
+            raise ArgumentError(f"{called} {value} is out of range") from None
+        except TypeError:
+            raise TypeError(f"{called} must be a number, not {value!r}") from None
 
     def _text(self, text):
         if text is None:

@@ -97,6 +97,12 @@ def test_settings(scene):
         caustica.render(scene, ssp=4)
     with pytest.raises(caustica.ArgumentError, match="did you mean \"vcm\""):
         caustica.render(scene, integrator="vmc")
+    with pytest.raises(caustica.ArgumentError, match="seed -1 is out of range"):
+        caustica.render(scene, seed=-1)
+    with pytest.raises(caustica.ArgumentError, match="spp 18446744073709551616 is out of range"):
+        caustica.render(scene, spp=2**64)
+    with pytest.raises(TypeError, match="threads must be a number, not 'two'"):
+        caustica.render(scene, threads="two")
     with pytest.raises(caustica.Error, match="\"path\" has no merge radius"):
         caustica.render(scene, radius=0.1)
 

@@ -71,7 +71,8 @@ static ca_status check(merge_options *o, const ca_text_list *parts, ca_error *er
     CA_TRY(ca_outputs_find_tone(o->tone, &o->look, error));
     CA_TRY(check_places(o, parts, error));
     CA_TRY(ca_layer_choice_check(&o->layers, NULL, error));
-    return ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error);
+    CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
+    return ca_outputs_check_look(o->outputs.items, o->outputs.count, &o->look, o->tone, error);
 }
 
 static void print_summary(const merge_options *o, const ca_render_statistics *s, size_t part_count)

@@ -70,14 +70,27 @@ ca_status ca_outputs_check(const ca_text_list *outputs, const char *stats, const
     return ca_outputs_check_places(outputs, stats, places, error);
 }
 
+static bool has_extension(const char *const *paths, size_t count, const char *extension)
+{
+    for (size_t i = 0; i < count; i++)
+        if (strcasecmp(ca_path_extension(paths[i]), extension) == 0) return true;
+    return false;
+}
+
 ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,
                                   ca_error *error)
 {
-    bool has_exr = false;
-    for (size_t i = 0; i < count; i++) has_exr = has_exr || strcasecmp(ca_path_extension(paths[i]), ".exr") == 0;
-    if (has_exr || (!choice->names && !choice->half)) return CA_OK;
+    if (has_extension(paths, count, ".exr") || (!choice->names && !choice->half)) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s: only .exr has layers, and none is written",
                    choice->names ? "--layers" : "--half");
+}
+
+ca_status ca_outputs_check_look(const char *const *paths, size_t count, const ca_output_look *look, const char *tone,
+                                ca_error *error)
+{
+    if (has_extension(paths, count, ".png") || (!tone && look->exposure == 0.0)) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s: only .png has a look, and none is written",
+                   tone ? "--tone" : "--exposure");
 }
 
 ca_status ca_outputs_find_tone(const char *name, ca_output_look *look, ca_error *error)

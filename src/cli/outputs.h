@@ -56,6 +56,11 @@ ca_status ca_outputs_check_places(const ca_text_list *outputs, const char *stats
 ca_status ca_outputs_check_layers(const char *const *paths, size_t count, const ca_layer_choice *choice,
                                   ca_error *error);
 
+/* CA_ERROR_ARGUMENT where the look is chosen, the curve by its name `tone` (NULL: it is not), and none of the outputs
+ * is a .png. */
+ca_status ca_outputs_check_look(const char *const *paths, size_t count, const ca_output_look *look, const char *tone,
+                                ca_error *error);
+
 /* Fills in the curve of that name; NULL is the plain picture's. Errors: CA_ERROR_ARGUMENT, naming all curves. */
 ca_status ca_outputs_find_tone(const char *name, ca_output_look *look, ca_error *error);
 

@@ -356,6 +356,7 @@ static ca_status check_outputs(ca_render_options *o, ca_error *error)
             o->settings.has_blocks ? "blocks" : "passes", o->settings.has_blocks ? "blocks" : "passes");
     CA_TRY(choose_checkpoint(o, error));
     CA_TRY(ca_outputs_check_layers(o->outputs.items, o->outputs.count, &o->layers, error));
+    CA_TRY(ca_outputs_check_look(o->outputs.items, o->outputs.count, &o->look, o->tone, error));
     return folder ? check_strategies(o, folder, error) : CA_OK;
 }
 

@@ -22,6 +22,10 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 #define LEAST_SECONDS 0.1
 #define MOST_SECONDS 5.0
 
+/* The pilot of light has so many times the usual paths if that takes less than a share of the render's time. */
+enum { MORE_LIGHT = 4 };
+#define SHARE_OF_LIGHT 0.005
+
 /* A pixel's error counts over its squared luminance plus this, as in relMSE (metrics/compare.h). */
 #define LEAST_SQUARE 0.01
 
@@ -71,6 +75,22 @@ static void note_splats(ca_light_pilot *pilot)
         pilot->samples[BDPT][i].splats = pilot->samples[BDPT][i].expected - pilot->samples[NO_SPLATS][i].expected;
 }
 
+/* Dots are seldom met, and methods that make them seem quiet where none was: where more paths cost little, and memory
+ * has no limit, more are traced. */
+static ca_status ask_of_light(chooser *c, const ca_mis_rules *counts, ca_error *error)
+{
+    const ca_render_plan *plan = c->plan;
+    ca_light_question question = {.counts = counts, .methods = WITHOUT_MERGES, .iterations = c->passes};
+    const double start = ca_clock_thread_seconds();
+    CA_TRY(ca_light_pilot_run(&c->pilot, plan, &question, error));
+    question.effort = MORE_LIGHT;
+    const double seconds = ca_clock_thread_seconds() - start;
+    const bool is_much = seconds * MORE_LIGHT > SHARE_OF_LIGHT * ca_method_expected_seconds(plan);
+    if (is_much || plan->input.memory_bytes > 0.0) return CA_OK;
+    ca_light_pilot_destroy(&c->pilot);
+    return ca_light_pilot_run(&c->pilot, plan, &question, error);
+}
+
 static ca_status run_light_pilot(chooser *c, ca_error *error)
 {
     const ca_method methods[WITHOUT_MERGES] = {
@@ -87,7 +107,7 @@ static ca_status run_light_pilot(chooser *c, ca_error *error)
         ca_integrator_counts(methods[m].type, &input, &counts[m]);
     }
     c->passes = ca_light_pilot_passes(plan, ca_render_plan_expected_passes(plan));
-    CA_TRY(ca_light_pilot_run(&c->pilot, plan, counts, WITHOUT_MERGES, c->passes, error));
+    CA_TRY(ask_of_light(c, counts, error));
     note_splats(&c->pilot);
     for (int m = 0; m < WITHOUT_MERGES; m++) {
         const ca_batch_ratio lost = ca_lost_light(c->pilot.samples[m], c->pilot.count);
@@ -116,7 +136,7 @@ static const ca_emission_guide *guide_of(const chooser *c, const ca_method *meth
 }
 
 /* They know nothing of each other. Guides are the last ones. */
-enum { RADIUS_ALONE, RADIUS_WITH_CONNECTIONS, LIGHT, FIRST_GUIDE, PILOTS = FIRST_GUIDE + (int)GUIDES };
+enum { LIGHT = (int)CA_MERGINGS, FIRST_GUIDE, PILOTS = FIRST_GUIDE + (int)GUIDES };
 
 typedef struct pilots_task {
     chooser *c;
@@ -135,7 +155,7 @@ static void run_pilot(void *user, uint32_t index, uint32_t worker)
     else if (index == LIGHT)
         task->status[index] = run_light_pilot(c, error);
     else
-        task->status[index] = ca_method_find_radius(c->plan, index == RADIUS_ALONE, &c->radii, error);
+        task->status[index] = ca_method_find_radius(c->plan, (ca_merging)index, &c->radii.of[index], error);
 }
 
 static ca_status first_failure(const ca_status *status, const ca_error *errors, uint32_t count, ca_error *error)
@@ -170,7 +190,7 @@ static double dots_of(const chooser *c, uint32_t i, double square)
     const ca_dot_light light = {
         .square = square,
         .light_paths = pow(4.0, c->methods[i].light_paths_log4),
-        .camera_paths = CA_PILOT_CAMERA_PATHS,
+        .camera_paths = c->pilot.camera_paths,
         .expected_scale = c->pilot.scale,
         .paths_of_pixel = plan->camera_paths,
         .weight = weight_at,
@@ -355,7 +375,7 @@ static uint32_t usual_of(const chooser *c, uint32_t i)
 static void set_blurs(chooser *c)
 {
     const ca_render_plan *plan = c->plan;
-    if (ca_render_plan_is_set(plan, "radius") || ca_render_plan_is_set(plan, "radius_pixels")) return;
+    if (ca_render_plan_is_set(plan, "radius")) return;
     for (uint32_t i = 0; i < c->count; i++) {
         ca_method_score *score = &c->scores[i];
         const double variance = c->scores[usual_of(c, i)].common;

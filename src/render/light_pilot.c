@@ -16,8 +16,9 @@ enum { GROUP = 256, FIRST_GROUP = 4, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
 /* Light is lost by a method if it is in a render of so many camera paths, at least. */
 #define CAMERA_PATHS_TO_LOSE 0x1p20
 
-/* The merge radius is a part of the picture's side, and a smaller one where a batch has too many merges: where a lens
- * or a mirror lets all of the picture see a place of that size, in the light. */
+/* The merge radius is a part of the picture's side, the smaller the more light paths there are, and a smaller one
+ * where a batch has too many merges: where a lens or a mirror lets all of the picture see a place of that size, in
+ * the light. */
 enum { RADII_OF_SIDE = 64, SMALLER = 4, SMALLEST = 1 << 20, BATCH_MERGES = 1 << 16 };
 
 enum {
@@ -37,7 +38,7 @@ typedef struct photon {
 typedef struct pilot_run {
     ca_light_pilot *pilot;
     const ca_mis_rules *counts; /* of each method of the render, per camera path */
-    uint32_t batch;
+    uint32_t effort, batch;
     double weight, expected[CA_PILOT_METHODS]; /* of the path that was seen last */
     double own_share; /* how much of its light a render with the first method finds in the very same way */
     photon seen;             /* if it is a merge; `path` NULL: it is none */
@@ -139,17 +140,17 @@ static void finish_group(pilot_run *r)
 
 /* The pixel of the batch's path `i`: anywhere in its one of as many strips of equal size. The first paths are spread
  * over the picture, as all are. */
-static void place(const ca_render_plan *plan, uint32_t batch, uint32_t i, ca_camera_path *path)
+static void place(const ca_render_plan *plan, uint32_t batch, uint32_t i, uint32_t paths, ca_camera_path *path)
 {
-    const uint32_t strip = (uint32_t)((uint64_t)ca_reverse_bits(i) * BATCH_CAMERA_PATHS >> 32);
+    const uint32_t strip = (uint32_t)((uint64_t)ca_reverse_bits(i) * paths >> 32);
     const uint32_t *c = plan->crop;
     const uint64_t width = c[2] - c[0], pixels = width * (c[3] - c[1]);
-    const uint64_t bits = ca_pcg_permute(plan->seed + ca_pcg_permute((uint64_t)batch * BATCH_CAMERA_PATHS + strip));
-    const double along = (strip + (double)ca_unit_float(bits, 40)) / BATCH_CAMERA_PATHS;
+    const uint64_t bits = ca_pcg_permute(plan->seed + ca_pcg_permute((uint64_t)batch * paths + strip));
+    const double along = (strip + (double)ca_unit_float(bits, 40)) / paths;
     const uint64_t pixel = (uint64_t)(along * (double)pixels);
     path->x = c[0] + (uint32_t)(pixel % width);
     path->y = c[1] + (uint32_t)(pixel / width);
-    path->index = CAMERA_INDEX + batch * BATCH_CAMERA_PATHS + strip;
+    path->index = CAMERA_INDEX + batch * paths + strip;
 }
 
 static void trace_group(pilot_run *r, const ca_render_plan *plan, void *state, uint32_t first, uint32_t count,
@@ -160,7 +161,7 @@ static void trace_group(pilot_run *r, const ca_render_plan *plan, void *state, u
     for (uint32_t i = 0; i < count; i++) {
         samples[i] = (ca_film_sample){0};
         paths[i] = (ca_camera_path){.sample = &samples[i]};
-        place(plan, r->batch, first + i, &paths[i]);
+        place(plan, r->batch, first + i, r->effort * BATCH_CAMERA_PATHS, &paths[i]);
     }
     ca_integrator_pilot.camera_paths(state, paths, count, 0, worker);
     finish_group(r);
@@ -172,11 +173,11 @@ static ca_status trace(pilot_run *r, const ca_render_plan *plan, void *state, ca
     ca_worker worker = {.index = 0};
     for (r->batch = 0; r->batch < CA_LIGHT_BATCHES && !r->crowded; r->batch++) {
         CA_TRY(ca_integrator_pilot.begin_round(state, r->batch, 0, &parallel, &worker, error));
-        for (uint32_t first = 0, count; first < BATCH_CAMERA_PATHS && !r->crowded; first += count) {
+        for (uint32_t first = 0, count; first < r->effort * BATCH_CAMERA_PATHS && !r->crowded; first += count) {
             count = ca_min_u32(GROUP, ca_max_u32(FIRST_GROUP, first));
             CA_TRY(ca_stop_check(plan->input.stop, error));
             trace_group(r, plan, state, first, count, &worker);
-            r->crowded = worker.counters.merges > (uint64_t)BATCH_MERGES * (r->batch + 1);
+            r->crowded = worker.counters.merges > (uint64_t)BATCH_MERGES * r->effort * (r->batch + 1);
         }
         if (r->out_of_memory) return ca_fail_memory(error, "the pilot's paths");
     }
@@ -187,8 +188,8 @@ static ca_status trace(pilot_run *r, const ca_render_plan *plan, void *state, ca
 /* ---- Settings -------------------------------------------------------------------------------------------------- */
 
 /* The parameters that say which light there is are the plan's, the others the pilot's own. */
-static ca_status configure(ca_integrator_input *input, const ca_render_plan *plan, double radii_of_side,
-                           ca_error *error)
+static ca_status configure(ca_integrator_input *input, const ca_render_plan *plan, double light_paths,
+                           double radii_of_side, ca_error *error)
 {
     const ca_integrator_type *pilot = &ca_integrator_pilot;
     const ca_integrator_desc nothing_set = {.name = NULL};
@@ -206,7 +207,7 @@ static ca_status configure(ca_integrator_input *input, const ca_render_plan *pla
     CA_TRY(ca_integrator_set_number(pilot, "max_depth", depth, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "rr_depth", fmin(rr_depth, LATEST_ROULETTE), input, error));
     CA_TRY(ca_integrator_set_number(pilot, "alpha", 0.0, input, error));
-    CA_TRY(ca_integrator_set_number(pilot, "light_paths", BATCH_LIGHT_PATHS, input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "light_paths", light_paths, input, error));
     return ca_integrator_set_number(pilot, "radius_pixels", side / radii_of_side, input, error);
 }
 
@@ -225,7 +226,7 @@ static ca_status run(pilot_run *r, const ca_render_plan *plan, double radii_of_s
     input.memory_bytes = 0.0;
     input.first_light_path = LIGHT_NUMBER;
     void *state;
-    CA_TRY(configure(&input, plan, radii_of_side, error));
+    CA_TRY(configure(&input, plan, r->pilot->light_paths, radii_of_side, error));
     CA_TRY(ca_integrator_pilot.create(&input, &state, error));
     const ca_status status = trace(r, plan, state, error);
     ca_integrator_pilot.destroy(state);
@@ -233,22 +234,35 @@ static ca_status run(pilot_run *r, const ca_render_plan *plan, double radii_of_s
     return status;
 }
 
-ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_mis_rules *counts,
-                             uint32_t methods, double iterations, ca_error *error)
+/* Crowded with any radius: the camera paths that were traced stand for all. */
+static void end_early(ca_light_pilot *pilot)
 {
-    const double paths = plan->camera_paths * iterations * ca_render_plan_pixels(plan);
-    const double scale = paths / CA_PILOT_CAMERA_PATHS;
-    *pilot = (ca_light_pilot){.methods = methods};
-    for (uint32_t radii = RADII_OF_SIDE;; radii *= SMALLER) {
+    const double factor = pilot->camera_paths / (double)pilot->counters.camera_paths;
+    for (uint32_t m = 0; m < pilot->methods; m++)
+        for (size_t i = 0; i < pilot->count; i++) pilot->samples[m][i].expected *= factor;
+    pilot->camera_paths /= factor;
+    pilot->scale *= factor;
+}
+
+ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_light_question *question,
+                             ca_error *error)
+{
+    const double paths = plan->camera_paths * question->iterations * ca_render_plan_pixels(plan);
+    const uint32_t effort = ca_max_u32(question->effort, 1);
+    const double camera_paths = (double)effort * CA_PILOT_CAMERA_PATHS;
+    *pilot = (ca_light_pilot){.methods = question->methods};
+    for (double radii = RADII_OF_SIDE * sqrt(effort);; radii *= SMALLER) {
         ca_light_pilot_destroy(pilot);
-        *pilot = (ca_light_pilot){.methods = methods,
-                                  .light_paths = BATCH_LIGHT_PATHS,
-                                  .scale = scale,
+        *pilot = (ca_light_pilot){.methods = question->methods,
+                                  .light_paths = (double)effort * BATCH_LIGHT_PATHS,
+                                  .camera_paths = camera_paths,
+                                  .scale = paths / camera_paths,
                                   .merges_in_vain = pilot->merges_in_vain + pilot->counters.merges};
-        pilot_run r = {.pilot = pilot, .counts = counts};
+        pilot_run r = {.pilot = pilot, .counts = question->counts, .effort = effort};
         const ca_status status = run(&r, plan, radii, error);
-        if (status == CA_OK && (!r.crowded || radii >= SMALLEST)) return CA_OK;
-        if (status == CA_OK) continue;
+        if (status == CA_OK && r.crowded && radii < SMALLEST) continue;
+        if (status == CA_OK && r.crowded) end_early(pilot);
+        if (status == CA_OK) return CA_OK;
         ca_light_pilot_destroy(pilot);
         return status;
     }

@@ -12,10 +12,10 @@
  * render makes there, as the sum of their light is one of the light there. (Densities leave out the roulette, by
  * which both lose about the same.) Several methods may be asked for at once.
  *
- * All is a function of the scene, the seed and the settings that say which image is rendered and with what; never of
- * threads or of a clock: the numbers of paths are constants, and one thread traces them, numbered where no render
- * arrives. Cost: CA_PILOT_CAMERA_PATHS camera paths and CA_PILOT_LIGHT_PATHS light paths, and about a million merges
- * at most. Where there would be more it begins again with a smaller radius, eight times at most. */
+ * All is a function of the scene, the seed, the question and the settings that say which image is rendered and with
+ * what; never of threads or of a clock: one thread traces the paths, numbered where no render arrives. Cost:
+ * CA_PILOT_CAMERA_PATHS camera paths and CA_PILOT_LIGHT_PATHS light paths, and about a million merges at most, times
+ * the effort. Where there would be more it begins again with a smaller radius, seven times at most. */
 #ifndef CA_RENDER_LIGHT_PILOT_H
 #define CA_RENDER_LIGHT_PILOT_H
 
@@ -27,6 +27,13 @@ enum { CA_PILOT_CAMERA_PATHS = 1024 * CA_LIGHT_BATCHES, CA_PILOT_LIGHT_PATHS = 2
 /* Methods that one pilot can be asked for. */
 enum { CA_PILOT_METHODS = 4 };
 
+typedef struct ca_light_question {
+    const ca_mis_rules *counts; /* of each of so many methods, as ca_integrator_counts makes them */
+    uint32_t methods;
+    double iterations; /* passes of the render */
+    uint32_t effort;   /* so many times the usual paths: a power of two; 0: 1 */
+} ca_light_question;
+
 typedef struct ca_light_pilot {
     uint32_t methods;
     ca_light_sample *samples[CA_PILOT_METHODS]; /* owned by the pilot; of each method: the same light */
@@ -35,16 +42,15 @@ typedef struct ca_light_pilot {
      * photons that the pilot's same merge found: of each batch. */
     double light[CA_LIGHT_BATCHES], merged[CA_LIGHT_BATCHES], merged_photons[CA_LIGHT_BATCHES];
     uint64_t merges;                /* photons that contributed to these */
-    double scale;                   /* camera paths of the render over those of the pilot */
+    double camera_paths, scale;     /* of the pilot; the render's over these */
     double light_paths, merge_area; /* N_F of a batch, pi r^2 */
     ca_counters counters;           /* what it took */
     uint64_t merges_in_vain;        /* and before, with larger radii */
 } ca_light_pilot;
 
-/* `counts`: of each of so many `methods`, as ca_integrator_counts makes them. `iterations`: passes of the render.
- * Errors: CA_ERROR_MEMORY. */
-ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_mis_rules *counts,
-                             uint32_t methods, double iterations, ca_error *error);
+/* Errors: CA_ERROR_MEMORY. */
+ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, const ca_light_question *question,
+                             ca_error *error);
 void ca_light_pilot_destroy(ca_light_pilot *pilot);
 
 /* Of so many passes, as many as lost light is judged by: at least those of 2^20 camera paths. A picture of few paths

@@ -12,8 +12,11 @@ enum { LEAST_LOG4 = -2 };
 /* Of the noise of rare values so much is not seen: half of what is, by the noise of renders. */
 #define UNMET_RARE 0.5
 
-/* The square of the blur over the variance, at a radius of least error. */
-#define BLUR_OF_VARIANCE 0.5
+/* The square of the blur over the variance. At a radius of least error it is half of it, by renders a tenth to four
+ * times that: who merges all light must expect more than the middle. Where connections find light, too, merges weigh
+ * little where they blur, and the radius is the least that will do (CA_RADIUS_SHARED_TOLERANCE). */
+#define BLUR_OF_VARIANCE 1.0
+#define SHARED_BLUR_OF_VARIANCE 0.06
 
 /* Below any noise that matters: of two methods without noise the faster one is better. */
 #define NO_VARIANCE 1e-12
@@ -48,9 +51,10 @@ double ca_method_noise(const ca_method_score *score)
 double ca_method_blur(const ca_method *method, double by_pilot, double variance, double alpha, double passes)
 {
     const double shrunk = pow(passes / CA_RADIUS_PASSES, -alpha); /* it grows as r^2 */
-    const double by_variance = BLUR_OF_VARIANCE * variance / CA_RADIUS_PASSES * shrunk;
+    const double of_variance = variance / CA_RADIUS_PASSES * shrunk;
     if (!ca_method_merges(method)) return 0.0;
-    return method->type->rules->connect ? by_variance : fmax(by_variance, by_pilot);
+    if (method->type->rules->connect) return sqrt(SHARED_BLUR_OF_VARIANCE * of_variance * by_pilot);
+    return fmax(BLUR_OF_VARIANCE * of_variance, by_pilot);
 }
 
 static bool is_alike(const ca_method *a, const ca_method *b)

@@ -45,10 +45,11 @@ bool ca_method_merges(const ca_method *method);
 double ca_method_noise(const ca_method_score *score);
 
 /* The square of what merges blur in a render of so many passes, whose radii shrink by `alpha`, where the first one
- * was chosen for the least error (photon/radius_choice.h): half the `variance` for which it was chosen, of an
- * iteration with the usual number of light paths and common values, after CA_RADIUS_PASSES of these. Where all light
- * is merged it is often more, at edges and in corners: the larger of that and what the radius' pilot tells,
- * `by_pilot`. Where connections find light, too, the pilot's blur is little more than noise. */
+ * was chosen for the least error (photon/radius_choice.h): in proportion to the `variance` for which it was chosen,
+ * of an iteration with the usual number of light paths and common values, after CA_RADIUS_PASSES of these. Where all
+ * light is merged it may be much more, at edges and in corners: the larger of that and what the radius' pilot tells,
+ * `by_pilot`. Where connections find light, too, it is far less: both are guesses, and their geometric mean is
+ * closer to what renders have than either. */
 double ca_method_blur(const ca_method *method, double by_pilot, double variance, double alpha, double passes);
 
 /* Fewer light paths leave no less noise: sets `least` of each score to the most that is known of the same method with

@@ -51,14 +51,17 @@ static void copy_shared(const ca_method *method, const ca_render_plan *plan, ca_
                 chosen->values[j] = plan->input.values[i];
 }
 
-/* Those of radius_pilot.h: one for methods with photons alone, one for `vcm` and its kin. */
-static bool is_photons_alone(const ca_integrator_type *type) { return type->rules->hit == CA_HIT_UNMERGEABLE; }
+static ca_merging merging_of(const ca_integrator_type *type)
+{
+    if (type->rules->connect) return CA_MERGING_AND_CONNECTING;
+    return type == &ca_integrator_ppm ? CA_MERGING_PPM : CA_MERGING_BDPM;
+}
 
 static ca_status set_radius(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
                             ca_integrator_input *chosen, ca_error *error)
 {
     if (!radii || !ca_method_merges(method) || ca_render_plan_is_set(plan, "radius")) return CA_OK;
-    const double radius = is_photons_alone(method->type) ? radii->photons_alone : radii->with_connections;
+    const double radius = radii->of[merging_of(method->type)].radius;
     return ca_integrator_set_number(method->type, "radius", radius, chosen, error);
 }
 
@@ -94,22 +97,25 @@ ca_status ca_method_configure(const ca_method *method, const ca_render_plan *pla
     return ca_integrator_set_number(method->type, "light_paths", ca_method_light_paths(method, plan), chosen, error);
 }
 
-ca_status ca_method_find_radius(const ca_render_plan *plan, bool photons_alone, ca_method_radii *radii,
+ca_status ca_method_find_radius(const ca_render_plan *plan, ca_merging merging, ca_method_radius *found,
                                 ca_error *error)
 {
-    const ca_method method = {.type = photons_alone ? &ca_integrator_bdpm : &ca_integrator_ovcm};
+    static const ca_integrator_type *const types[CA_MERGINGS] = {
+        [CA_MERGING_PPM] = &ca_integrator_ppm,
+        [CA_MERGING_BDPM] = &ca_integrator_bdpm,
+        [CA_MERGING_AND_CONNECTING] = &ca_integrator_ovcm,
+    };
+    const ca_method method = {.type = types[merging]};
     ca_integrator_input input;
     float radius;
     CA_TRY(ca_method_configure(&method, plan, NULL, &input, error));
-    CA_TRY(ca_radius_pilot(method.type, &input, &radius,
-                           photons_alone ? &radii->blur_alone : &radii->blur_with_connections, error));
+    CA_TRY(ca_radius_pilot(method.type, &input, &radius, &found->blur, error));
     const double given = ca_integrator_value(method.type, &input, "radius", 0.0);
     const bool by_pixels = ca_integrator_value(method.type, &input, "radius_pixels", 0.0) > 0.0;
     if (given == 0.0 && !by_pixels)
         CA_TRY(ca_integrator_set_number(method.type, "radius", (double)radius, &input, error));
     CA_TRY(ca_integrator_resolve(method.type, &input, error));
-    *(photons_alone ? &radii->photons_alone : &radii->with_connections) =
-        ca_integrator_value(method.type, &input, "radius", 0.0);
+    found->radius = ca_integrator_value(method.type, &input, "radius", 0.0);
     return CA_OK;
 }
 
@@ -126,10 +132,17 @@ double ca_method_passes(const ca_render_plan *plan, double seconds)
     return fmin(passes, fmax(1.0, ceil(in_time)));
 }
 
-/* Before it is known what one takes. */
-static double expected_passes(const ca_render_plan *plan)
+/* Before it is known: of one iteration. */
+static double expected_seconds(const ca_render_plan *plan)
 {
-    return ca_method_passes(plan, ca_render_plan_pixels(plan) * plan->camera_paths / CAMERA_PATHS_PER_SECOND);
+    return ca_render_plan_pixels(plan) * plan->camera_paths / CAMERA_PATHS_PER_SECOND;
+}
+
+static double expected_passes(const ca_render_plan *plan) { return ca_method_passes(plan, expected_seconds(plan)); }
+
+double ca_method_expected_seconds(const ca_render_plan *plan)
+{
+    return expected_passes(plan) * expected_seconds(plan);
 }
 
 /* ---- The trial's picture --------------------------------------------------------------------------------------- */
@@ -394,7 +407,8 @@ double ca_method_trial_dot_square(const ca_method_trial *trial, const double *we
 double ca_method_trial_blur(const ca_method_trial *trial, const ca_method_radii *radii, double passes)
 {
     if (!ca_method_merges(&trial->method)) return 0.0;
-    const ca_radius_blur *blur =
-        is_photons_alone(trial->method.type) ? &radii->blur_alone : &radii->blur_with_connections;
-    return ca_radius_mean_blur(blur, trial->radius, trial->alpha, passes);
+    const ca_merging merging = merging_of(trial->method.type);
+    const double own = ca_radius_mean_blur(&radii->of[merging].blur, trial->radius, trial->alpha, passes);
+    if (merging != CA_MERGING_AND_CONNECTING) return own;
+    return fmin(own, ca_radius_mean_blur(&radii->of[CA_MERGING_BDPM].blur, trial->radius, trial->alpha, passes));
 }

@@ -45,23 +45,32 @@ typedef struct ca_method_trial {
 /* N_F in a pass of the render. */
 double ca_method_light_paths(const ca_method *method, const ca_render_plan *plan);
 
+/* Of each merge radius the methods that share it. */
+typedef enum ca_merging { CA_MERGING_PPM, CA_MERGING_BDPM, CA_MERGING_AND_CONNECTING, CA_MERGINGS } ca_merging;
+
 /* Default merge radii of the render with the usual number of light paths (ca_integrator_resolve), and how merges blur
  * with these methods. */
+typedef struct ca_method_radius {
+    double radius;
+    ca_radius_blur blur;
+} ca_method_radius;
+
 typedef struct ca_method_radii {
-    double photons_alone, with_connections;
-    ca_radius_blur blur_alone, blur_with_connections;
+    ca_method_radius of[CA_MERGINGS];
 } ca_method_radii;
 
 /* Seconds that the whole render is expected to take; INFINITY: its passes end it. */
 double ca_method_whole_seconds(const ca_render_plan *plan);
+/* Of a processor, that the whole render is expected to take before it is known what an iteration takes. */
+double ca_method_expected_seconds(const ca_render_plan *plan);
 /* Iterations of the whole render, each of which takes so many seconds of a processor. */
 double ca_method_passes(const ca_render_plan *plan, double seconds);
 
 /* May light paths start where a guide says? Not where the settings say anything of it. */
 bool ca_method_may_be_guided(const ca_render_plan *plan);
 
-/* One of the two. */
-ca_status ca_method_find_radius(const ca_render_plan *plan, bool photons_alone, ca_method_radii *radii,
+/* By the pilot of the radius, unless it is set. */
+ca_status ca_method_find_radius(const ca_render_plan *plan, ca_merging merging, ca_method_radius *found,
                                 ca_error *error);
 
 /* Puts the method to use, with the parameters that the settings of `auto`, plan->type, name, as far as it has them.
@@ -90,7 +99,7 @@ double ca_method_trial_variance(const ca_method_trial *trial, const double *weig
  * they come. */
 double ca_method_trial_dot_square(const ca_method_trial *trial, const double *weights);
 /* The mean square of what the render's merges blur, relative to a pixel's light, in so many passes; 0: it does not
- * merge. */
+ * merge. Where connections find light, too, merges have weights, and blur no more than photons alone do. */
 double ca_method_trial_blur(const ca_method_trial *trial, const ca_method_radii *radii, double passes);
 
 #endif

@@ -83,7 +83,8 @@ static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan
     const double alpha = ca_integrator_value(plan->type, &plan->input, "alpha", 0.0);
     counts.merge_area *= (float)ca_progressive_mean_area(alpha, iterations);
     ca_light_pilot pilot;
-    CA_TRY(ca_light_pilot_run(&pilot, plan, &counts, 1, to_lose, error));
+    const ca_light_question question = {.counts = &counts, .methods = 1, .iterations = to_lose};
+    CA_TRY(ca_light_pilot_run(&pilot, plan, &question, error));
     preflight->camera_paths = pilot.counters.camera_paths;
     preflight->light_paths = pilot.counters.light_paths;
     preflight->rays = pilot.counters.rays;
