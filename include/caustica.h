@@ -209,7 +209,7 @@ typedef struct ca_render_progress {
 typedef struct ca_render_settings {
     size_t size; /* of this structure, as the program knows it, so that later versions may have more fields; 0: what
                     it was in version 0.1 */
-    /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay. "auto": what leaves the least noise
+    /* "path" or "path:max_depth=5,rr_depth=3"; the scene's depth parameters stay. "auto": what leaves the least error
      * in the time, found by trials; it depends on how fast the machine is, the image only on what was chosen. */
     const char *integrator;
     uint32_t samples_per_pixel; /* camera paths per pixel; of `light`, light paths. Rounded up to whole passes, of
@@ -342,8 +342,8 @@ typedef struct ca_tried_method {
 
 /* The method that was chosen. */
 typedef struct ca_method_statistics {
-    double seconds;                     /* that choosing took, of the render's; 0: nothing was chosen */
-    char reason[CA_METHOD_REASON_SIZE]; /* "": likewise. One sentence: which method, and why */
+    double seconds;                     /* that choosing took, of the render's; 0: nothing was tried */
+    char reason[CA_METHOD_REASON_SIZE]; /* "": nothing was chosen. One sentence: which method, and why */
     uint32_t trial_count;
     ca_tried_method trials[CA_METHOD_TRIALS];
 } ca_method_statistics;
@@ -403,8 +403,8 @@ enum { CA_PREFLIGHT_WARNINGS = 4, CA_PREFLIGHT_WARNING_SIZE = 256 };
 typedef struct ca_preflight {
     bool no_light; /* the scene has none: the picture will be black */
     /* Light of which the integrator is expected to make less than one sample in the whole render, with a 95 %
-     * interval: it will be missing, and the picture does not show that. NAN: not known (no light; integrator
-     * qmcppm; numbers of rays that are chosen or come from a file). */
+     * interval: it will be missing, and the picture does not show that. NAN: not known (no light;
+     * integrators qmcppm and auto; numbers of rays that are chosen or come from a file). */
     double lost_light, lost_light_low, lost_light_high;
     /* Light that the render finds by merging, and how many photons a pixel merges where that is, over the whole
      * render and on the average; with few the picture is dots. NAN: not known (as above), or the method does not
@@ -563,7 +563,8 @@ CA_API bool ca_image_attribute(const ca_image_layers *image, size_t index, const
 /* A picture of black without channels, and its channels one by one: width * height values, which are copied. */
 CA_API ca_status ca_image_make(uint32_t width, uint32_t height, ca_image_layers **image, ca_error *error);
 CA_API ca_status ca_image_add(ca_image_layers *image, const char *name, const float *values, ca_error *error);
-/* All channels of an EXR file; R G B of a PFM, HDR or PNG file (made linear). */
+/* All channels of an EXR file; R G B, and A where there is one, of PFM, HDR, PNG, JPEG, TGA, BMP, PNM and WebP files
+ * (8 bit values are made linear). */
 CA_API ca_status ca_image_load(const char *path, ca_image_layers **image, ca_error *error);
 
 /* How much a picture differs from another one, over the pixels that are finite in both (docs/metrics.md). */

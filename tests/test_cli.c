@@ -138,6 +138,8 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "--crop", "1,2,3"}, "--crop: \"1,2,3\""},
     {{"render", "ball.xml", "--crop", "4,0,4,8"}, "--crop: \"4,0,4,8\""},
     {{"render", "ball.xml", "--crop", "0,0,99,8"}, "99"},
+    {{"render", "ball.xml", "-i", "ppm:radius=1e-16"}, "if not 0 at least 1e-15"},
+    {{"render", "ball.xml", "-i", "auto:radius=1e16"}, "at most 1e+15"},
     {{"render", "ball.xml", "--exposure", "bright"}, "--exposure: \"bright\""},
     {{"render", "ball.xml", "--quiet=1"}, "--quiet takes no value"},
     {{"render", "ball.xml", "-D", "albedo"}, "\"albedo\" is not NAME=VALUE"},

@@ -677,6 +677,40 @@ static void write_odd_picture(float value)
     import_write("odd.pfm", file, head + sizeof numbers);
 }
 
+/* Values above 1 of pictures, and of what is made of several textures, count as 1 where they are shares of light, and
+ * a note says so; lights may be brighter. */
+static void bright_pictures(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *texture;
+        const char *note; /* NULL: none */
+    } textures[] = {
+        {ODD_BITMAP, "values up to 4 count as 1"},
+        {"<texture name=\"reflectance\" type=\"scale\"><float name=\"scale\" value=\"0.25\"/>" ODD_BITMAP "</texture>",
+         NULL},
+        {"<texture name=\"reflectance\" type=\"mix\"><float name=\"color0\" value=\"2\"/><float name=\"color1\" "
+         "value=\"0.5\"/></texture>",
+         "values up to 2 count as 1"},
+        {"<texture name=\"reflectance\" type=\"power\"><float name=\"exponent\" value=\"2\"/>" ODD_BITMAP "</texture>",
+         "values up to 16 count as 1"},
+    };
+    write_odd_picture(4.0f);
+    for (size_t i = 0; i < sizeof textures / sizeof textures[0]; i++) {
+        char text[1024];
+        snprintf(text, sizeof text, SCENE("<bsdf type=\"diffuse\">%s</bsdf>"), textures[i].texture);
+        import(text);
+        assert_int_equal(desc.notes.count, textures[i].note ? 1 : 0);
+        if (textures[i].note) assert_non_null(strstr(desc.notes.items[0], textures[i].note));
+        const ca_texture_id id = desc.materials.items[0].material.as.diffuse.reflectance;
+        assert_int_equal(desc.textures.items[id].kind == CA_TEXTURE_CLAMP, textures[i].note != NULL);
+        done();
+    }
+    import(SCENE(ENVMAP));
+    assert_true(desc.images.items[0].data[4] == 4.0f && desc.notes.count == 0);
+    done();
+}
+
 /* Negative numbers of pictures of colours are none, and a note says so; heights may be negative. */
 static void odd_pictures(void **state)
 {
@@ -1144,6 +1178,7 @@ int main(void)
         cmocka_unit_test(quadrics),
         cmocka_unit_test(stretched_quadrics),
         cmocka_unit_test(merges),
+        cmocka_unit_test(bright_pictures),
         cmocka_unit_test(odd_pictures), cmocka_unit_test(height_fields),
         cmocka_unit_test(height_field_normals),
         cmocka_unit_test(bad_height_fields),

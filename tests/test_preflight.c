@@ -570,6 +570,9 @@ static void test_radius(void **state)
     assert_true(radius > 0.0);
     assert_same_picture(scene, by_default, radius);
     assert_true(preflight_of(scene, &given).radius == 0.1);
+    const ca_render_settings huge = settings_of("ovcm:radius=1e6", 2);
+    const ca_preflight blurred = preflight_of(scene, &huge);
+    assert_non_null(strstr(blurred.warnings[0], "a merge radius of 1e+06 reaches beyond the whole scene"));
     assert_same_picture(scene, given, 0.1);
     assert_true(preflight_of(scene, &unmerged).radius == 0.0);
     ca_scene_release(scene);
@@ -668,7 +671,8 @@ int main(void)
         cmocka_unit_test(test_all_integrators_tell),
         cmocka_unit_test(test_reuse_rules),      cmocka_unit_test(test_photons_of_one_merge),
         cmocka_unit_test(test_crowd),
-        cmocka_unit_test(test_crowd_at_any_radius), cmocka_unit_test(test_crowd_is_seen_early), cmocka_unit_test(test_out_of_memory),
+        cmocka_unit_test(test_crowd_at_any_radius),
+        cmocka_unit_test(test_crowd_is_seen_early), cmocka_unit_test(test_out_of_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -106,6 +106,49 @@ static void test_a_crop_is_a_part_of_the_picture(void **state)
     ca_scene_release(scene);
 }
 
+#define RECTANGLE "<shape type='rectangle'/><emitter type='constant'/></scene>"
+
+/* The scene's crop in a film of another size has a pixel at least; meters keep the size that their film has. */
+static void test_films_of_another_size(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        uint32_t width, height;
+        const char *says; /* NULL: it is rendered */
+    } cases[] = {
+        {"<scene version='3.0.0'><sensor type='perspective'><film type='hdrfilm'><integer name='width' value='16'/>"
+         "<integer name='height' value='16'/><integer name='crop_offset_x' value='5'/><integer name='crop_offset_y' "
+         "value='15'/><integer name='crop_width' value='1'/><integer name='crop_height' value='1'/></film></sensor>"
+         RECTANGLE,
+         8, 3, NULL},
+        {"<scene version='3.0.0'><sensor type='radiancemeter'><film type='hdrfilm'><integer name='width' value='1'/>"
+         "<integer name='height' value='1'/></film></sensor>" RECTANGLE,
+         4, 4, "the scene's sensor measures 1 x 1 pixels, and a film of 4 x 4 is asked for"},
+        {"<scene version='3.0.0'><sensor type='batch'><sensor type='perspective'/><sensor type='perspective'/>"
+         "<film type='hdrfilm'><integer name='width' value='16'/><integer name='height' value='8'/></film></sensor>"
+         RECTANGLE,
+         15, 8, "a film of 15 pixels a row cannot be divided among the batch's 2 sensors"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_scene *scene = scene_from_text(cases[i].text);
+        ca_render_settings settings = settings_with(1);
+        ca_image_layers *image;
+        ca_error error;
+        settings.width = cases[i].width, settings.height = cases[i].height;
+        const ca_status status = ca_render(scene, &settings, &image, NULL, &error);
+        assert_int_equal(status, cases[i].says ? CA_ERROR_ARGUMENT : CA_OK);
+        if (cases[i].says) {
+            assert_string_equal(error.message, cases[i].says);
+        } else {
+            assert_int_equal(image->width, 1);
+            assert_int_equal(image->height, 1);
+            ca_image_release(image);
+        }
+        ca_scene_release(scene);
+    }
+}
+
 static bool stop_after_three(const ca_render_progress *progress, void *user)
 {
     *(uint32_t *)user = progress->passes_done;
@@ -451,7 +494,7 @@ static void test_settings_of_integrators(void **state)
     for (int i = 0; i < 3; i++) {
         settings.radius = wrong[i];
         assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-        assert_string_equal(error.message, "\"radius\" must be a number of at least 0");
+        assert_string_equal(error.message, "\"radius\" must be a number of at least 0 and at most 1e+15, if not 0 at least 1e-15");
     }
     settings.radius = 0.25;
     settings.integrator = "vcm:radius=0.5";
@@ -594,6 +637,7 @@ int main(void)
         cmocka_unit_test(test_threads_do_not_change_a_bit),
         cmocka_unit_test(test_seed_and_sampler_change_the_image),
         cmocka_unit_test(test_a_crop_is_a_part_of_the_picture),
+        cmocka_unit_test(test_films_of_another_size),
         cmocka_unit_test(test_a_stopped_render_is_a_shorter_one),
         cmocka_unit_test(test_noise_looks),
         cmocka_unit_test(test_looks_at_a_black_picture),

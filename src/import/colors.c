@@ -152,7 +152,8 @@ void ca_import_check_component(ca_importer *importer, const ca_xml_node *node, d
     if (!(value >= 0.0 || role == CA_COLOR_SIGNED) || fabs(value) > (double)FLT_MAX)
         ca_import_fail(importer, &node->where, "a colour cannot have the component %g", value);
     else if (role == CA_COLOR_REFLECTANCE && value > 1.0)
-        ca_import_fail(importer, &node->where, "reflectances, weights and opacities lie in [0, 1], and %g does not", value);
+        ca_import_fail(importer, &node->where, "reflectances, weights and opacities lie in [0, 1], and %g does not",
+                       value);
 }
 
 /* Negative components are cut off. */

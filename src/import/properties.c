@@ -73,6 +73,10 @@ double ca_props_number_in(ca_props *props, const char *name, double fallback, do
     }
     double value;
     if (!ca_import_numbers(props->importer, node, "value", &value, 1)) return fallback;
+    if (is_tag(node, "integer") && value != floor(value)) {
+        ca_import_fail(props->importer, &node->where, "\"%s\" is no integer", value_of(node));
+        return fallback;
+    }
     if (value >= low && value <= high) return value;
     ca_import_fail(props->importer, &node->where, "parameter \"%s\" of %s is %g, and must lie in [%g, %g]", name,
                    props->type, value, low, high);
@@ -103,7 +107,8 @@ int64_t ca_props_integer_in(ca_props *props, const char *name, int64_t fallback,
     const char *cursor = value_of(node), *token, *rest;
     const size_t length = ca_next_token(&cursor, &token);
     int64_t value;
-    if (!ca_parse_integer(token, length, &value) || ca_next_token(&cursor, &rest) > 0) {
+    if (!ca_parse_integer(token, length, &value) || ca_next_token(&cursor, &rest) > 0 ||
+        strchr(value_of(node), ',')) {
         ca_import_fail(props->importer, &node->where, "\"%s\" is no integer", value_of(node));
         return fallback;
     }
@@ -252,6 +257,52 @@ static uint32_t picture_of(const ca_scene_desc *desc, ca_texture_id id)
     }
 }
 
+static double largest_of_picture(const ca_image *image)
+{
+    float largest = 0.0f;
+    const size_t count = (size_t)image->width * image->height * image->channels;
+    for (size_t i = 0; i < count; i++) largest = fmaxf(largest, image->data[i]);
+    return (double)largest;
+}
+
+/* No value of the texture is larger. */
+static double bound_of(const ca_scene_desc *desc, ca_texture_id id)
+{
+    const ca_texture *t = &desc->textures.items[id];
+    switch (t->kind) {
+    case CA_TEXTURE_CONSTANT: return (double)ca_rgb_max(t->as.constant);
+    case CA_TEXTURE_BITMAP: return largest_of_picture(&desc->images.items[t->as.bitmap.image_index]);
+    case CA_TEXTURE_CHECKERBOARD:
+        return fmax(bound_of(desc, t->as.checkerboard.color0), bound_of(desc, t->as.checkerboard.color1));
+    case CA_TEXTURE_SCALE:
+        return (double)ca_rgb_max(t->as.scale.factor) * bound_of(desc, t->as.scale.child) *
+               (t->as.scale.varies ? bound_of(desc, t->as.scale.by) : 1.0);
+    case CA_TEXTURE_MIX: return fmax(bound_of(desc, t->as.mix.color0), bound_of(desc, t->as.mix.color1));
+    case CA_TEXTURE_POWER: return pow(bound_of(desc, t->as.power.child), (double)t->as.power.exponent);
+    case CA_TEXTURE_MAPPED: return bound_of(desc, t->as.mapped.child);
+    default: return 1.0; /* attributes of meshes and cosines, as far as is known, and what is cut off */
+    }
+}
+
+/* Numbers of pictures, and what is made of them, may lie above 1 where a share of light is asked for: they count
+ * as 1. */
+static ca_texture_id cut_above_one(ca_importer *importer, ca_texture_id id, const ca_location *where)
+{
+    ca_scene_desc *desc = importer->desc;
+    const double most = bound_of(desc, id);
+    if (!(most > 1.0)) return id;
+    const ca_texture_id cut = ca_scene_desc_add_constant(desc, ca_rgb_grey(1.0f)); /* its transform is the identity */
+    if (cut == CA_NONE) {
+        ca_import_fail_memory(importer, "textures");
+        return id;
+    }
+    desc->textures.items[cut].kind = CA_TEXTURE_CLAMP;
+    desc->textures.items[cut].as.clamp.child = id;
+    ca_import_note(importer, where, "reflectances, weights and opacities lie in [0, 1]: values up to %g count as 1",
+                   most);
+    return cut;
+}
+
 /* A texture's own numbers may be of any size: what it is used for says what they are. */
 static ca_texture_id nested_texture(ca_props *props, const ca_xml_node *node, ca_xml_node *target, ca_color_role role)
 {
@@ -260,9 +311,9 @@ static ca_texture_id nested_texture(ca_props *props, const ca_xml_node *node, ca
     if (!ca_import_good(importer) || role == CA_COLOR_INDEX || role == CA_COLOR_SIGNED) return id;
     const uint32_t picture = picture_of(importer->desc, id);
     if (picture != CA_NONE) ca_import_cut_negative(importer, picture, &node->where);
-    if (role == CA_COLOR_REFLECTANCE && importer->is_text)
-        ca_import_check_component(importer, node, largest_number(importer->desc, id), role);
-    return id;
+    if (role != CA_COLOR_REFLECTANCE || !importer->is_text) return id;
+    ca_import_check_component(importer, node, largest_number(importer->desc, id), role);
+    return ca_import_good(importer) ? cut_above_one(importer, id, &node->where) : id;
 }
 
 ca_texture_id ca_props_texture(ca_props *props, const char *name, float fallback, ca_color_role role)

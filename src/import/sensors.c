@@ -372,6 +372,7 @@ static void check_meter(ca_importer *importer, const ca_xml_node *node, uint32_t
         ca_import_fail(importer, &node->where, "%s needs a film of 1 x 1 pixels, and this is %u x %u",
                        ca_xml_attribute_value(node, "type"), width, height);
     importer->desc->film.filter = ca_filter_default(CA_RFILTER_BOX);
+    importer->desc->film.is_fixed = true;
 }
 
 /* The sensor gets a film of so many pixels. */

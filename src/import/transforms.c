@@ -18,6 +18,10 @@ bool ca_import_numbers(ca_importer *importer, const ca_xml_node *node, const cha
                        token);
         return false;
     }
+    if (count == 1 && strchr(text, ',')) { /* "0,5" is two of a list, and ",5" none */
+        ca_import_fail(importer, &node->where, "\"%.60s\" is no finite number; decimals have a point", text);
+        return false;
+    }
     if (found == count) return true;
     ca_import_fail(importer, &node->where, "<%s> needs %zu number%s in \"%s\", not \"%.60s\"", node->tag, count,
                    ca_noun((double)count, "", "s"), attribute, text);

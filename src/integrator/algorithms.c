@@ -30,12 +30,12 @@
  * one: qmcppm.c. */
 #define RANDOM_ALPHA (1.0 / 3.0)
 #define RADIUS_PARAMETERS(default_alpha)                                                                             \
-    {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},                                                             \
+    CA_RADIUS_SPEC,                                                                                                  \
         {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = (default_alpha)},                              \
     {                                                                                                                \
         "radius_pixels", CA_SPEC_REAL, .minimum = 0, .number = 0                                                     \
     }
-#define END_OF_PARAMETERS {NULL, CA_SPEC_INTEGER, 0, 0, 0, NULL}
+#define END_OF_PARAMETERS {.name = NULL}
 
 #define ENGINE_FUNCTIONS                                                                                             \
     .destroy = ca_bidirectional_destroy, .rounds = ca_bidirectional_rounds,                                          \

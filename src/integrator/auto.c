@@ -17,10 +17,10 @@ static const ca_parameter_spec parameters[] = {
     {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0},
     {"light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},
     {"camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1},
-    {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},
-    {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 0.5},
+    CA_RADIUS_SPEC,
+    {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 1.0 / 3.0},
     {"guide", CA_SPEC_BOOLEAN, .number = 1},
-    {NULL, CA_SPEC_INTEGER, 0, 0, 0, NULL},
+    {.name = NULL},
 };
 
 const ca_integrator_type ca_integrator_auto = {

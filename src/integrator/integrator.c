@@ -104,15 +104,17 @@ static int choice_index(const char *choices, const char *text)
 
 static bool is_real_within(const ca_parameter_spec *spec, double value)
 {
-    return isfinite(value) && value >= spec->minimum && (spec->maximum == 0.0 || value <= spec->maximum);
+    return isfinite(value) && value >= spec->minimum && (spec->maximum == 0.0 || value <= spec->maximum) &&
+           (value <= 0.0 || value >= spec->smallest);
 }
 
 static ca_status fail_real(const ca_parameter_spec *spec, const ca_parameter *parameter, ca_error *error)
 {
-    char limit[64] = "";
+    char limit[64] = "", least[64] = "";
     if (spec->maximum != 0.0) snprintf(limit, sizeof limit, " and at most %g", spec->maximum);
-    return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be a number of at least %g%s",
-                   spec->name, spec->minimum, limit);
+    if (spec->smallest != 0.0) snprintf(least, sizeof least, ", if not 0 at least %g", spec->smallest);
+    return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be a number of at least %g%s%s", spec->name,
+                   spec->minimum, limit, least);
 }
 
 ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *parameter, ca_integrator_input *input,

@@ -50,9 +50,16 @@ typedef struct ca_parameter_spec {
     enum { CA_SPEC_INTEGER, CA_SPEC_REAL, CA_SPEC_BOOLEAN, CA_SPEC_CHOICE } kind;
     double minimum;      /* integers and reals */
     double maximum;      /* reals; 0: none */
+    double smallest;     /* reals: of those above 0 */
     double number;       /* default of numbers and booleans; of a choice the index in `choices` */
     const char *choices; /* "balance|power" */
 } ca_parameter_spec;
+
+/* A merge radius, m; 0: the default. Its square, the area of merges and what is divided by it are normal floats. */
+#define CA_RADIUS_SPEC                                                                                               \
+    {                                                                                                                \
+        "radius", CA_SPEC_REAL, .minimum = 0, .smallest = 1e-15, .maximum = 1e15, .number = 0                        \
+    }
 
 enum { CA_MAX_PARAMETERS = 24 };
 

@@ -60,7 +60,7 @@ static const ca_parameter_spec parameters[] = {
     [HEURISTIC] = {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0},
     [LIGHT_PATHS] = {"light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},
     [CAMERA_PATHS] = {"camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1},
-    [RADIUS] = {"radius", CA_SPEC_REAL, .minimum = 0, .number = 0},
+    [RADIUS] = CA_RADIUS_SPEC,
     [RADIUS_PIXELS] = {"radius_pixels", CA_SPEC_REAL, .minimum = 0, .number = 0},
     [ALPHA] = {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 0.5},
     [RADIUS_PHOTONS] = {"radius_photons", CA_SPEC_INTEGER, .minimum = 0, .number = 0},

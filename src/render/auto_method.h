@@ -1,4 +1,4 @@
-/* Integrator `auto`: which method, with how many light paths, makes the least noise of a render in its time.
+/* Integrator `auto`: which method, with how many light paths, makes the least error of a render in its time.
  *
  * The light pilot (light_pilot.h) tells which methods lose light; those are out. The others are tried on a small
  * picture (method_trial.h), a few iterations first, and those that may be the best go on with twice as many; where

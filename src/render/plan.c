@@ -19,6 +19,28 @@ static uint32_t scale_edge(uint32_t edge, uint32_t from, uint32_t to)
     return (uint32_t)(((uint64_t)edge * to + from / 2) / from);
 }
 
+/* An edge of the scene's crop in a film of another size: at least one pixel is left. */
+static void scale_crop(uint32_t first, uint32_t count, uint32_t from, uint32_t to, uint32_t *low, uint32_t *high)
+{
+    *low = ca_min_u32(scale_edge(first, from, to), to - 1);
+    *high = ca_max_u32(scale_edge(first + count, from, to), *low + 1);
+}
+
+static ca_status check_size(const ca_scene_desc *desc, uint32_t width, uint32_t height, ca_error *error)
+{
+    const ca_film_desc *film = &desc->film;
+    const ca_camera *camera = &desc->camera.camera;
+    if (film->is_fixed && (width != film->width || height != film->height))
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "the scene's sensor measures %u x %u pixels, and a film of %u x %u is asked for", film->width,
+                       film->height, width, height);
+    if (camera->kind == CA_CAMERA_PANELS && width % camera->as.panels.count != 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "a film of %u pixels a row cannot be divided among the batch's %u sensors", width,
+                       camera->as.panels.count);
+    return CA_OK;
+}
+
 static ca_status plan_film(ca_render_plan *plan, uint32_t *width, uint32_t *height, ca_error *error)
 {
     const ca_film_desc *film = &plan->scene->desc.film;
@@ -28,13 +50,12 @@ static ca_status plan_film(ca_render_plan *plan, uint32_t *width, uint32_t *heig
     if (*width > CA_IMAGE_MAX_SIDE || *height > CA_IMAGE_MAX_SIDE)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "a film of %u x %u pixels is over the limit of %d a side",
                        *width, *height, CA_IMAGE_MAX_SIDE);
+    CA_TRY(check_size(&plan->scene->desc, *width, *height, error));
     if (settings->has_crop) {
         memcpy(plan->crop, settings->crop, sizeof plan->crop);
     } else {
-        plan->crop[0] = scale_edge(film->crop_x, film->width, *width);
-        plan->crop[1] = scale_edge(film->crop_y, film->height, *height);
-        plan->crop[2] = scale_edge(film->crop_x + film->crop_width, film->width, *width);
-        plan->crop[3] = scale_edge(film->crop_y + film->crop_height, film->height, *height);
+        scale_crop(film->crop_x, film->crop_width, film->width, *width, &plan->crop[0], &plan->crop[2]);
+        scale_crop(film->crop_y, film->crop_height, film->height, *height, &plan->crop[1], &plan->crop[3]);
     }
     const uint32_t *c = plan->crop;
     if (c[0] >= c[2] || c[1] >= c[3] || c[2] > *width || c[3] > *height)

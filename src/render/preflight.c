@@ -71,6 +71,14 @@ static void judge_merges(ca_preflight *preflight, const ca_render_plan *plan, co
          100.0 * preflight->merged_light, preflight->merged_photons_high);
 }
 
+static void warn_of_radius(ca_preflight *preflight, double scene_radius)
+{
+    warn(preflight,
+         "a merge radius of %.4g reaches beyond the whole scene, which lies in a sphere of radius %.4g: light is "
+         "blurred over all of it, and lost at its edges",
+         preflight->radius, scene_radius);
+}
+
 /* ---- The call -------------------------------------------------------------------------------------------------- */
 
 static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan, ca_error *error)
@@ -114,6 +122,7 @@ ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *set
     CA_TRY(ca_render_plan_make(&plan, scene, &taken, error));
     preflight->radius = ca_integrator_value(plan.type, &plan.input, "radius", 0.0);
     preflight->no_light = scene->light_count == 0;
+    if (preflight->radius > 2.0 * (double)scene->radius) warn_of_radius(preflight, (double)scene->radius);
     if (!preflight->no_light) return judge_light(preflight, &plan, error);
     warn(preflight, "the scene has no light: the picture will be black");
     return CA_OK;

@@ -126,6 +126,7 @@ typedef struct ca_film_desc {
     uint32_t width, height;                 /* full size */
     uint32_t crop_x, crop_y, crop_width, crop_height; /* the part to render; the whole film by default */
     ca_filter filter;
+    bool is_fixed; /* a meter's, whose size says what is measured */
 } ca_film_desc;
 
 /* What the scene's bounds change in a sensor. */

@@ -1,4 +1,4 @@
-/* libFuzzer on the image readers. PNG, JPEG, EXR, HDR, PFM, PNM and BMP are told apart by their first bytes, all else
+/* libFuzzer on the image readers. PNG, JPEG, EXR, HDR, PFM, PNM, BMP and WebP are told apart by their first bytes, all else
  * is tried as TGA. */
 #include "image/format.h"
 
