@@ -74,8 +74,10 @@ static void test_blur_of_a_trial(void **state)
 {
     (void)state;
     const double end = (double)INFINITY;
-    ca_method_radii much = {.of = {[CA_MERGING_PPM].blur = {2.0, 2.0, end}, [CA_MERGING_BDPM].blur = {1.0, 2.0, end}}};
-    ca_method_radii little = much;
+    ca_method_radii much = {0}, little;
+    much.of[CA_MERGING_PPM].blur = (ca_radius_blur){2.0, 2.0, end};
+    much.of[CA_MERGING_BDPM].blur = (ca_radius_blur){1.0, 2.0, end};
+    little = much;
     much.of[CA_MERGING_AND_CONNECTING].blur = (ca_radius_blur){0.25, 2.0, end};
     little.of[CA_MERGING_AND_CONNECTING].blur = (ca_radius_blur){4.0, 2.0, end};
     const ca_method_trial path = {.method = {.type = &ca_integrator_path}, .radius = 3.0};

@@ -494,7 +494,8 @@ static void test_settings_of_integrators(void **state)
     for (int i = 0; i < 3; i++) {
         settings.radius = wrong[i];
         assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-        assert_string_equal(error.message, "\"radius\" must be a number of at least 0 and at most 1e+15, if not 0 at least 1e-15");
+        assert_string_equal(error.message,
+                            "\"radius\" must be a number of at least 0 and at most 1e+15, if not 0 at least 1e-15");
     }
     settings.radius = 0.25;
     settings.integrator = "vcm:radius=0.5";
