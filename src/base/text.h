@@ -31,7 +31,7 @@ const char *ca_noun(double count, const char *one, const char *many);
 /* ---- Numbers: nothing left over, no spaces --------------------------------------------------------------------- */
 
 /* The whole of text[0, length) as a finite decimal number ("-1.5e3"; no "inf", "nan" or hexadecimal), with a decimal
- * point whatever the locale. */
+ * point whatever the locale. Of one that is too large for a double *value is infinite, and the answer is false. */
 bool ca_parse_number(const char *text, size_t length, double *value);
 /* The same, of a whole text. */
 bool ca_parse_double(const char *text, double *value);
