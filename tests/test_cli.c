@@ -1,4 +1,5 @@
 /* The program from outside: exit statuses, messages, files. */
+#define _POSIX_C_SOURCE 200809L
 #include "image/layers.h"
 #include "integrator/integrator.h"
 #include "support/program_test.h"
@@ -236,6 +237,29 @@ static void test_wrong_usage(void **state)
         assert_says(r.errors, "--help");
         assert_string_equal(r.output, "");
         assert_false(exists(folder_of(state), "ball.exr"));
+    }
+}
+
+/* Numbers in the environment are checked as those of options are: what a launcher of several processes tells. */
+static void test_wrong_numbers_in_the_environment(void **state)
+{
+    static const char *const cases[][3] = {
+        {"OMPI_COMM_WORLD_SIZE", "two", "\"two\" is not a whole number of at least 1"},
+        {"OMPI_COMM_WORLD_SIZE", "99999999999", "\"99999999999\" is too large: the largest is 2147483647"},
+        {"PMI_SIZE", "0", "\"0\" is not a whole number of at least 1"},
+        {"PMI_RANK", "-1", "\"-1\" is not a whole number of at least 0"},
+        {"PMIX_RANK", "1x", "\"1x\" is not a whole number of at least 0"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_program_result r;
+        char says[256];
+        snprintf(says, sizeof says, "caustica: %s in the environment: %s", cases[i][0], cases[i][2]);
+        assert_int_equal(setenv(cases[i][0], cases[i][1], 1), 0);
+        RUN(&r, "version");
+        assert_int_equal(unsetenv(cases[i][0]), 0);
+        assert_exit(&r, 2);
+        assert_says(r.errors, says);
+        assert_string_equal(r.output, "");
     }
 }
 
@@ -579,6 +603,7 @@ int main(void)
         PROGRAM_TEST(test_one_is_singular),
         PROGRAM_TEST(test_help_lists_the_integrators),
         PROGRAM_TEST(test_wrong_usage),
+        PROGRAM_TEST(test_wrong_numbers_in_the_environment),
         PROGRAM_TEST(test_failures_of_the_world),
         PROGRAM_TEST(test_full_disk_of_standard_output),
         PROGRAM_TEST(test_file_size_limit),

@@ -1,5 +1,6 @@
 /* `caustica study` from outside: what is rendered and what is kept, what is refused and where, and the analysis to
  * the last digit. The page is for test_study_page.sh. */
+#define _POSIX_C_SOURCE 200809L
 #include "support/program_test.h"
 
 #include <math.h>
@@ -166,6 +167,15 @@ static void test_wrong_usage(void **state)
     RUN(&r, "study", "study.json", "-o", "study.json");
     assert_exit(&r, 1);
     assert_says(r.errors, "this is not a folder");
+    assert_int_equal(setenv("CAUSTICA_SCENE_MEMORY", "4G", 1), 0);
+    RUN(&r, "study", "study.json", "-o", "out");
+    assert_exit(&r, 2);
+    assert_says(r.errors, "CAUSTICA_SCENE_MEMORY in the environment (MiB): \"4G\" is not a number above 0");
+    assert_int_equal(setenv("CAUSTICA_SCENE_MEMORY", "0.001", 1), 0);
+    RUN(&r, "study", "study.json", "-o", "out");
+    assert_int_equal(unsetenv("CAUSTICA_SCENE_MEMORY"), 0);
+    assert_exit(&r, 1);
+    assert_says(r.errors, "CAUSTICA_SCENE_MEMORY=MIB");
 }
 
 /* ---- Analysis -------------------------------------------------------------------------------------------------- */

@@ -135,7 +135,8 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
     const ca_scene_source source = {.path = scenario->path,
                                     .defines = scenario->defines,
                                     .define_count = scenario->define_count,
-                                    .stop = ca_signals_stop()};
+                                    .stop = ca_signals_stop(),
+                                    .memory_mib = work->memory_mib};
     CA_TRY(ca_scene_parse(&source, &scene, error));
     if (!only_ask) ca_options_say_notes(scene);
     describe(work, scene, render, settings);
