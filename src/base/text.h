@@ -42,4 +42,9 @@ bool ca_parse_integer(const char *text, size_t length, int64_t *value);
 /* What a hexadecimal digit counts; -1: it is none. */
 int ca_hex_digit(char digit);
 
+/* ---- Files of text --------------------------------------------------------------------------------------------- */
+
+/* How many bytes the byte order mark takes that a text in UTF-8 may begin with; 0: it has none. */
+size_t ca_byte_order_mark(const char *text, size_t size);
+
 #endif
