@@ -527,6 +527,22 @@ static void test_compare_sizes(void **state)
     RUN(&r, "compare", "small.exr", "--reference", "large.exr", "--resample-reference", "--roi=8,0,24,16");
     assert_exit(&r, 0);
     assert_says(r.output, "median of 1 block)");
+    /* Crops of films of other sizes: the same part, one that lies between pixels, and others. */
+    RUN(&r, "render", "ball.xml", "-o", "part.exr", "--quiet", "--crop=4,4,12,12");
+    assert_exit(&r, 0);
+    RUN(&r, "render", "ball.xml", "-o", "good.exr", "--quiet", "--resolution=48x32", "--crop=8,8,24,24");
+    RUN(&r, "render", "ball.xml", "-o", "odd.exr", "--quiet", "--resolution=48x32", "--crop=9,9,25,25");
+    RUN(&r, "render", "ball.xml", "-o", "other.exr", "--quiet", "--resolution=48x32", "--crop=4,4,12,12");
+    assert_exit(&r, 0);
+    RUN(&r, "compare", "part.exr", "--reference", "good.exr", "--resample-reference");
+    assert_exit(&r, 0);
+    RUN(&r, "compare", "part.exr", "--reference", "odd.exr", "--resample-reference");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "16 x 16 pixels from (9, 9) of a film of 48 x 32 cannot be averaged by 2 x 2");
+    RUN(&r, "compare", "part.exr", "--reference", "other.exr");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "part.exr: the image and the reference are different parts of the picture: 8 x 8 pixels "
+                          "from (4, 4) of a film of 24 x 16, and from (4, 4) of one of 48 x 32");
     /* A PFM tells no variance. */
     RUN(&r, "compare", "small.exr", "--reference", "small.pfm");
     assert_exit(&r, 0);
