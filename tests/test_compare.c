@@ -206,7 +206,7 @@ static void test_refusals(void **state)
     image->full_width = moved->full_width = 20;
     moved->x0 = 3;
     assert_refused(image, moved, &none, "different parts");
-    /* The same pixels of films of two sizes; a file that tells no film, or only where its data ends, may be either. */
+    /* The same pixels of films of two sizes; what tells no film, or only where its data ends, may be of either. */
     ca_comparison comparison;
     image->x0 = 3;
     moved->full_width = 24;

@@ -168,8 +168,10 @@ static void a_byte_order_mark_is_skipped(void **unused)
         assert_floats(mesh.positions, positions, 9, 0.0);
         ca_mesh_destroy(&mesh);
     }
-    assert_refused_text("mark.obj", MARK "v 0 x 0\n", ":1:5: expected a number for a position of three numbers, not \"x\"");
-    assert_refused_text("mark.obj", "v 0 0 0\n" MARK "v 1 0 0\n", ":2:1: \"" MARK "v\" is not an OBJ statement that is read (v, vt, vn, f)");
+    assert_refused_text("mark.obj", MARK "v 0 x 0\n",
+                        ":1:5: expected a number for a position of three numbers, not \"x\"");
+    assert_refused_text("mark.obj", "v 0 0 0\n" MARK "v 1 0 0\n",
+                        ":2:1: \"" MARK "v\" is not an OBJ statement that is read (v, vt, vn, f)");
 }
 
 static void obj_errors_name_the_place(void **unused)

@@ -41,8 +41,8 @@ static ca_status check_sizes(const ca_image_layers *image, const ca_image_layers
                        image->width, image->height, reference->width, reference->height);
     if (are_same_part(image, reference)) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "the image and the reference are different parts of the picture: %u x %u pixels from (%d, %d) of a "
-                   "film of %u x %u, and from (%d, %d) of one of %u x %u",
+                   "the image and the reference are different parts of the picture: %u x %u pixels from (%d, %d) of "
+                   "a film of %u x %u, and from (%d, %d) of one of %u x %u",
                    image->width, image->height, image->x0, image->y0, image->full_width, image->full_height,
                    reference->x0, reference->y0, reference->full_width, reference->full_height);
 }
