@@ -535,6 +535,9 @@ static void test_other_settings_are_refused(void **state)
     REFUSED("\"objective mean\", but this render has \"objective relative\"", other.rays_objective = "relative");
     REFUSED("\"end by samples\", but this render has \"end by time or noise\"", other.samples_per_pixel = 0,
             other.seconds = 1.0);
+    REFUSED("\"end by time or noise\": rays that were chosen for a number of samples go on by samples, and those for "
+            "time or noise by these",
+            other.samples_per_pixel = 0, other.seconds = 1.0);
     REFUSED("\"crop 0,0,12,12\"", other.has_crop = true, other.crop[2] = 8, other.crop[3] = 5);
     REFUSED("there is a checkpoint already", other.resume = false);
     REFUSED("no part of such a render", other.part_path = file("p.part"));

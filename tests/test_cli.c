@@ -1,4 +1,5 @@
 /* The program from outside: exit statuses, messages, files. */
+#define _POSIX_C_SOURCE 200809L
 #include "image/layers.h"
 #include "integrator/integrator.h"
 #include "support/program_test.h"
@@ -125,11 +126,32 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "--spp", "--quiet"}, "--spp needs a value: N"},
     {{"render", "ball.xml", "--spp", "0"}, "--spp: \"0\""},
     {{"render", "ball.xml", "--spp", "4x"}, "--spp: \"4x\""},
-    {{"render", "ball.xml", "--spp", "4294967296"}, "--spp: \"4294967296\""},
+    {{"render", "ball.xml", "--spp", "4294967296"},
+     "--spp: \"4294967296\" is too large: the largest is 4294967295"},
+    {{"render", "ball.xml", "--spp", "99999999999999999999"},
+     "--spp: \"99999999999999999999\" is too large: the largest is 4294967295"},
+    {{"render", "ball.xml", "--spp", "-99999999999"},
+     "--spp: \"-99999999999\" is not a whole number of at least 1"},
+    {{"noise", "ball.xml", "--light-paths", "4294967296"},
+     "--light-paths: \"4294967296\" is too large: the largest is 4294967295"},
     {{"render", "ball.xml", "--spp=4", "--spp=5"}, "--spp is given twice"},
     {{"render", "ball.xml", "--spp=4", "--time=5"}, "only one of --spp, --time and --noise"},
     {{"render", "ball.xml", "--time", "-1"}, "--time: \"-1\""},
-    {{"render", "ball.xml", "--time", "inf"}, "--time: \"inf\""},
+    {{"render", "ball.xml", "--time", "inf"}, "--time: \"inf\" is not a number above 0"},
+    {{"render", "ball.xml", "--time", "1e400"},
+     "--time: \"1e400\" is too large: the largest number is 1.798e+308"},
+    {{"render", "ball.xml", "--time", "-1e400"}, "--time: \"-1e400\" is not a number above 0"},
+    {{"render", "ball.xml", "--exposure", "-1e400"},
+     "--exposure: \"-1e400\" is beyond the smallest number, -1.798e+308"},
+    {{"render", "ball.xml", "--exposure", "1e400"},
+     "--exposure: \"1e400\" is too large: the largest number is 1.798e+308"},
+    {{"render", "ball.xml", "--max-depth", "2147483648"},
+     "--max-depth: \"2147483648\" is too large: the largest is 2147483647"},
+    {{"render", "ball.xml", "--resolution", "4294967296x8"},
+     "--resolution: \"4294967296\" is too large: the largest is 4294967295"},
+    {{"render", "ball.xml", "--crop", "0,0,4294967296,8"},
+     "--crop: \"4294967296\" is too large: the largest is 4294967295"},
+    {{"render", "ball.xml", "--crop", "0,0,4294967296x,8"}, "is not a region x0,y0,x1,y1"},
     {{"render", "ball.xml", "--noise", "0"}, "--noise: \"0\""},
     {{"render", "ball.xml", "--seed", "-1"}, "--seed: \"-1\""},
     {{"render", "ball.xml", "--max-depth", "-2"}, "--max-depth: \"-2\""},
@@ -176,7 +198,8 @@ static const usage_case usage_cases[] = {
     {{"render", "ball.xml", "--blocks", "3:3"}, "\"3:3\" is not a range"},
     {{"render", "ball.xml", "--blocks", "-1:3"}, "\"-1:3\" is not a range"},
     {{"render", "ball.xml", "--blocks", "0:3x"}, "\"0:3x\" is not a range"},
-    {{"render", "ball.xml", "--blocks", "0:18446744073709551616"}, "is not a range"},
+    {{"render", "ball.xml", "--blocks", "0:18446744073709551616"},
+     "--blocks: \"18446744073709551616\" is too large: the largest is 18446744073709551615"},
     {{"render", "ball.xml", "--blocks", "0:3", "--spp=3"}, "--blocks cannot be combined with --spp or --noise"},
     {{"render", "ball.xml", "--blocks", "0:3"}, "integrator \"path\" does not render by blocks of pairs"},
     {{"render", "ball.xml", "--passes", "0:4", "-iqmcppm"}, "it has a range of blocks, not of passes"},
@@ -216,6 +239,29 @@ static void test_wrong_usage(void **state)
         assert_says(r.errors, "--help");
         assert_string_equal(r.output, "");
         assert_false(exists(folder_of(state), "ball.exr"));
+    }
+}
+
+/* Numbers in the environment are checked as those of options are: what a launcher of several processes tells. */
+static void test_wrong_numbers_in_the_environment(void **state)
+{
+    static const char *const cases[][3] = {
+        {"OMPI_COMM_WORLD_SIZE", "two", "\"two\" is not a whole number of at least 1"},
+        {"OMPI_COMM_WORLD_SIZE", "99999999999", "\"99999999999\" is too large: the largest is 2147483647"},
+        {"PMI_SIZE", "0", "\"0\" is not a whole number of at least 1"},
+        {"PMI_RANK", "-1", "\"-1\" is not a whole number of at least 0"},
+        {"PMIX_RANK", "1x", "\"1x\" is not a whole number of at least 0"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_program_result r;
+        char says[256];
+        snprintf(says, sizeof says, "caustica: %s in the environment: %s", cases[i][0], cases[i][2]);
+        assert_int_equal(setenv(cases[i][0], cases[i][1], 1), 0);
+        RUN(&r, "version");
+        assert_int_equal(unsetenv(cases[i][0]), 0);
+        assert_exit(&r, 2);
+        assert_says(r.errors, says);
+        assert_string_equal(r.output, "");
     }
 }
 
@@ -483,6 +529,22 @@ static void test_compare_sizes(void **state)
     RUN(&r, "compare", "small.exr", "--reference", "large.exr", "--resample-reference", "--roi=8,0,24,16");
     assert_exit(&r, 0);
     assert_says(r.output, "median of 1 block)");
+    /* Crops of films of other sizes: the same part, one that lies between pixels, and others. */
+    RUN(&r, "render", "ball.xml", "-o", "part.exr", "--quiet", "--crop=4,4,12,12");
+    assert_exit(&r, 0);
+    RUN(&r, "render", "ball.xml", "-o", "good.exr", "--quiet", "--resolution=48x32", "--crop=8,8,24,24");
+    RUN(&r, "render", "ball.xml", "-o", "odd.exr", "--quiet", "--resolution=48x32", "--crop=9,9,25,25");
+    RUN(&r, "render", "ball.xml", "-o", "other.exr", "--quiet", "--resolution=48x32", "--crop=4,4,12,12");
+    assert_exit(&r, 0);
+    RUN(&r, "compare", "part.exr", "--reference", "good.exr", "--resample-reference");
+    assert_exit(&r, 0);
+    RUN(&r, "compare", "part.exr", "--reference", "odd.exr", "--resample-reference");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "16 x 16 pixels from (9, 9) of a film of 48 x 32 cannot be averaged by 2 x 2");
+    RUN(&r, "compare", "part.exr", "--reference", "other.exr");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "part.exr: the image and the reference are different parts of the picture: 8 x 8 pixels "
+                          "from (4, 4) of a film of 24 x 16, and from (4, 4) of one of 48 x 32");
     /* A PFM tells no variance. */
     RUN(&r, "compare", "small.exr", "--reference", "small.pfm");
     assert_exit(&r, 0);
@@ -559,6 +621,7 @@ int main(void)
         PROGRAM_TEST(test_one_is_singular),
         PROGRAM_TEST(test_help_lists_the_integrators),
         PROGRAM_TEST(test_wrong_usage),
+        PROGRAM_TEST(test_wrong_numbers_in_the_environment),
         PROGRAM_TEST(test_failures_of_the_world),
         PROGRAM_TEST(test_full_disk_of_standard_output),
         PROGRAM_TEST(test_file_size_limit),

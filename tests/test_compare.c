@@ -206,6 +206,18 @@ static void test_refusals(void **state)
     image->full_width = moved->full_width = 20;
     moved->x0 = 3;
     assert_refused(image, moved, &none, "different parts");
+    /* The same pixels of films of two sizes; what tells no film, or only where its data ends, may be of either. */
+    ca_comparison comparison;
+    image->x0 = 3;
+    moved->full_width = 24;
+    assert_refused(image, moved, &none,
+                   "8 x 8 pixels from (3, 0) of a film of 20 x 8, and from (3, 0) of one of 24 x 8");
+    moved->full_width = 11;
+    assert_int_equal(ca_compare(image, moved, &none, &comparison, NULL), CA_OK);
+    moved->x0 = 4, moved->full_width = 12;
+    assert_refused(image, moved, &none, "from (4, 0) of one of 12 x 8");
+    moved->x0 = 0, moved->full_width = 8;
+    assert_int_equal(ca_compare(image, moved, &none, &comparison, NULL), CA_OK);
     ca_layers_destroy(image);
     ca_layers_destroy(other);
     ca_layers_destroy(empty);
@@ -468,6 +480,19 @@ static void test_downsampling_keeps_means_and_their_variance(void **state)
     const double variance_of_mean = (double)ca_layers_find(small, "Variance.R")[1] / samples;
     assert_near(variance_of_mean, (3.0 / 4.0 + 4.0 / 2.0 + 9.0 / 4.0 + 10.0 / 2.0) / 16.0, 1e-6);
     ca_layers_destroy(small);
+
+    /* The place in the film and the film shrink likewise, or there is no such place. */
+    large->x0 = 2, large->y0 = -4, large->full_width = 10, large->full_height = 8;
+    assert_int_equal(ca_compare_downsample(large, 2, &small, NULL), CA_OK);
+    assert_true(small->x0 == 1 && small->y0 == -2 && small->full_width == 5 && small->full_height == 4);
+    ca_layers_destroy(small);
+    for (int i = 0; i < 4; i++) {
+        const int odd = i + 1;
+        large->x0 = 2 + (odd == 1), large->y0 = -4 - (odd == 2);
+        large->full_width = 10 + (odd == 3), large->full_height = 8 + (odd == 4);
+        assert_int_equal(ca_compare_downsample(large, 2, &small, NULL), CA_ERROR_ARGUMENT);
+    }
+    large->x0 = large->y0 = 0, large->full_width = 6, large->full_height = 4;
 
     assert_int_equal(ca_compare_downsample(large, 3, &small, NULL), CA_ERROR_ARGUMENT);
     assert_int_equal(ca_compare_downsample(large, 0, &small, NULL), CA_ERROR_ARGUMENT);

@@ -393,6 +393,19 @@ static void test_the_program(void **state)
     assert_int_equal(unsetenv("CAUSTICA_SCENE_MEMORY"), 0);
     assert_exit(&r, 1);
     assert_says(r.errors, "more than the 0 MiB of memory that are allowed; CAUSTICA_SCENE_MEMORY");
+    static const char *const wrong[][2] = {{"4G", "\"4G\" is not a number above 0"},
+                                           {"abc", "\"abc\" is not a number above 0"},
+                                           {"-5", "\"-5\" is not a number above 0"},
+                                           {"", "\"\" is not a number above 0"},
+                                           {"1e400", "\"1e400\" is too large"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        assert_int_equal(setenv("CAUSTICA_SCENE_MEMORY", wrong[i][0], 1), 0);
+        RUN(&r, "convert", "ours.xml", "-o", "copy.xml");
+        assert_int_equal(unsetenv("CAUSTICA_SCENE_MEMORY"), 0);
+        assert_exit(&r, 2);
+        assert_says(r.errors, "caustica: CAUSTICA_SCENE_MEMORY in the environment (MiB): ");
+        assert_says(r.errors, wrong[i][1]);
+    }
 }
 
 int main(void)

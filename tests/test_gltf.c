@@ -616,6 +616,13 @@ static const refusal refusals[] = {
     {"'type':'point'", "'type':'bulb'", "type \"bulb\" is not point, spot or directional"},
     {"'light':0", "'light':1", "nodes[2].extensions.KHR_lights_punctual: counts no light of the 1 that there are"},
     {"'camera':0", "'camera':1", "nodes[0].camera: is 1, and cameras has 1 elements"},
+    {"'yfov':0.75,", "", "cameras[0].perspective: has no yfov"},
+    {"'type':'perspective'", "'type':'ortographic'",
+     "cameras[0]: type \"ortographic\" is not perspective or orthographic"},
+    {"'type':'perspective'", "'type':'orthographic','orthographic':{'ymag':1}",
+     "cameras[0].orthographic: has no xmag"},
+    {"'type':'perspective'", "'type':'orthographic','orthographic':{'xmag':1}",
+     "cameras[0].orthographic: has no ymag"},
     {"'yfov':0.75", "'yfov':4", "cameras[0].perspective.yfov: is 4, and must lie in"},
     {"'scene':0", "'scene':0 0", ":1:38: this is not JSON: expected , or }"},
     {"'scene':0", "'scene':01", "this is not JSON: expected a value"},
@@ -659,6 +666,35 @@ static void load_text(void **state, const char *text, const char *camera, ca_sce
     path_in(state, "scene.gltf", path);
     const ca_scene_source source = {.text = text, .size = strlen(text), .path = path, .camera = camera};
     if (ca_import_scene_source(&source, desc, &error) != CA_OK) fail_msg("%s", error.message);
+}
+
+/* Each extension of a material that is not read is said once, whoever defined it. */
+static void test_unread_extensions(void **state)
+{
+    static char text[TEXT_SIZE];
+    ca_scene_desc desc;
+    char many[4096] = "\"materials\":[{\"extensions\":{";
+    gltf_write_files(folder_of(state));
+    gltf_case_text(find_case("factors"), text, sizeof text);
+    replace(text, sizeof text, "\"materials\":[{",
+            "\"extensionsUsed\":[\"ADOBE_materials_clearcoat_tint\"],\"materials\":[{\"extensions\":{"
+            "\"ADOBE_materials_clearcoat_tint\":{},\"KHR_materials_iridescence\":{},\"KHR_materials_ior\":{}},");
+    load_text(state, text, NULL, &desc);
+    assert_int_equal(desc.notes.count, 2);
+    assert_says(desc.notes.items[0], "the material extension ADOBE_materials_clearcoat_tint is not read");
+    assert_says(desc.notes.items[1], "the material extension KHR_materials_iridescence is not read");
+    ca_scene_desc_destroy(&desc);
+    for (int i = 0; i < 40; i++) {
+        const size_t used = strlen(many);
+        snprintf(many + used, sizeof many - used, "%s\"X_%d\":{}", i ? "," : "", i);
+    }
+    strcat(many, "},");
+    gltf_case_text(find_case("factors"), text, sizeof text);
+    replace(text, sizeof text, "\"materials\":[{", many);
+    load_text(state, text, NULL, &desc);
+    assert_int_equal(desc.notes.count, 33);
+    assert_says(desc.notes.items[32], "more than 32 material extensions are not read");
+    ca_scene_desc_destroy(&desc);
 }
 
 /* 3 wide and 2 high, seen from (1, 2, 5) along +x: the second sensor of the file. */
@@ -782,6 +818,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_twins),      PROGRAM_TEST(test_converted), PROGRAM_TEST(test_colors),
         PROGRAM_TEST(test_containers), PROGRAM_TEST(test_refusals),  PROGRAM_TEST(test_failing_allocations),
+        PROGRAM_TEST(test_unread_extensions),
         PROGRAM_TEST(test_cameras),    PROGRAM_TEST(test_defaults),  PROGRAM_TEST(test_the_program),
         PROGRAM_TEST(test_colors_and_a_texture), PROGRAM_TEST(test_many_places),
     };

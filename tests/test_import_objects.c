@@ -1062,7 +1062,7 @@ static void old_textures(void **state)
 static void colors(void **state)
 {
     (void)state;
-    import_write_text("grey.spd", "# a comment\n360 0.25\n\n500\t0.25 # another\n830 0.25\n");
+    import_write_text("grey.spd", "\xef\xbb\xbf# a comment\n360 0.25\n\n500\t0.25 # another\n830 0.25\n");
 #define DIFFUSE(element) "<bsdf type=\"diffuse\">" element "</bsdf>"
     import(SCENE(DIFFUSE("<rgb name=\"reflectance\" value=\"0.1, 0.2, 0.3\"/>")
                      DIFFUSE("<rgb name=\"reflectance\" value=\"0.4\"/>")

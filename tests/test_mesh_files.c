@@ -65,6 +65,8 @@ static void assert_indices(const ca_mesh *mesh, const uint32_t *expected, size_t
 static const float square_positions[15] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0.5f, 0};
 static const float up[15] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
 
+#define MARK "\xef\xbb\xbf"
+
 /* ---- OBJ ------------------------------------------------------------------------------------------------------- */
 
 static void obj_values(void **unused)
@@ -146,6 +148,30 @@ static void obj_fills_missing_normals_and_colours(void **unused)
     assert_floats(mesh.normals, (const float[]){0, 1, 0, 0, 1, 0, 0, 1, 0, -1, 0, 0, -1, 0, 0, -1, 0, 0}, 18, 1e-7);
     assert_floats(ca_mesh_find_attribute(&mesh, "vertex_color")->values, colors, 9, 0.0);
     ca_mesh_destroy(&mesh);
+}
+
+/* The byte order mark that a text may begin with is no part of it, nor of its first line's columns. */
+static void a_byte_order_mark_is_skipped(void **unused)
+{
+    (void)unused;
+    static const char obj[] = MARK "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    static const char ply[] = MARK "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                   "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                   "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    static const float positions[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    for (int i = 0; i < 2; i++) {
+        ca_mesh mesh;
+        ca_error error;
+        const ca_status status = i == 0 ? import_bytes("mark.obj", obj, sizeof obj - 1, &mesh, &error)
+                                        : import_bytes("mark.ply", ply, sizeof ply - 1, &mesh, &error);
+        if (status != CA_OK) fail_msg("%s", error.message);
+        assert_floats(mesh.positions, positions, 9, 0.0);
+        ca_mesh_destroy(&mesh);
+    }
+    assert_refused_text("mark.obj", MARK "v 0 x 0\n",
+                        ":1:5: expected a number for a position of three numbers, not \"x\"");
+    assert_refused_text("mark.obj", "v 0 0 0\n" MARK "v 1 0 0\n",
+                        ":2:1: \"" MARK "v\" is not an OBJ statement that is read (v, vt, vn, f)");
 }
 
 static void obj_errors_name_the_place(void **unused)
@@ -546,6 +572,7 @@ int main(void)
         cmocka_unit_test(obj_splits_vertices_only_where_corners_differ),
         cmocka_unit_test(obj_of_many_vertices),
         cmocka_unit_test(obj_fills_missing_normals_and_colours),
+        cmocka_unit_test(a_byte_order_mark_is_skipped),
         cmocka_unit_test(obj_errors_name_the_place),
         cmocka_unit_test(ply_ascii),
         cmocka_unit_test(ply_little_endian),

@@ -148,3 +148,9 @@ int ca_hex_digit(char digit)
     if (digit >= 'a' && digit <= 'f') return digit - 'a' + 10;
     return digit >= 'A' && digit <= 'F' ? digit - 'A' + 10 : -1;
 }
+
+size_t ca_byte_order_mark(const char *text, size_t size)
+{
+    static const char mark[] = {'\xef', '\xbb', '\xbf'};
+    return size >= sizeof mark && memcmp(text, mark, sizeof mark) == 0 ? sizeof mark : 0;
+}

@@ -31,7 +31,7 @@ const char *ca_noun(double count, const char *one, const char *many);
 /* ---- Numbers: nothing left over, no spaces --------------------------------------------------------------------- */
 
 /* The whole of text[0, length) as a finite decimal number ("-1.5e3"; no "inf", "nan" or hexadecimal), with a decimal
- * point whatever the locale. */
+ * point whatever the locale. Of one that is too large for a double *value is infinite, and the answer is false. */
 bool ca_parse_number(const char *text, size_t length, double *value);
 /* The same, of a whole text. */
 bool ca_parse_double(const char *text, double *value);
@@ -41,5 +41,10 @@ bool ca_parse_digits(const char *text, size_t length, uint64_t limit, uint64_t *
 bool ca_parse_integer(const char *text, size_t length, int64_t *value);
 /* What a hexadecimal digit counts; -1: it is none. */
 int ca_hex_digit(char digit);
+
+/* ---- Files of text --------------------------------------------------------------------------------------------- */
+
+/* How many bytes the byte order mark takes that a text in UTF-8 may begin with; 0: it has none. */
+size_t ca_byte_order_mark(const char *text, size_t size);
 
 #endif

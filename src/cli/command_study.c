@@ -94,8 +94,9 @@ static ca_status make_study(const study_options *o, const char *path, ca_error *
     ca_places places = {0};
     uint64_t id;
     ca_status status = ca_study_config_read(path, &config, error);
-    const ca_study_work work = {
+    ca_study_work work = {
         .config = &config, .folder = o->folder, .threads = o->threads, .quiet = o->quiet, .places = &places};
+    if (status == CA_OK) status = ca_options_scene_memory(&work.memory_mib, error);
     if (status == CA_OK) status = ca_places_read(&places, path, "which is the study", error);
     if (status == CA_OK) status = ca_places_write_in(&places, o->folder, "index.html", "--output", error);
     if (status == CA_OK) status = ca_study_render_images(&work, &id, error);

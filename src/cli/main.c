@@ -129,8 +129,8 @@ int main(int argument_count, char *arguments[])
     /* A file over the size limit is then a write error: it gets a message, and what was half written is removed. */
     signal(SIGXFSZ, SIG_IGN);
     ca_error error = {""};
-    const bool started = ca_mpi_start(&error) == CA_OK;
-    const int status = started ? run(argument_count, arguments) : ca_report_failure(&error);
+    const ca_status started = ca_mpi_start(&error);
+    const int status = started == CA_OK ? run(argument_count, arguments) : ca_report(NULL, started, &error);
     ca_mpi_end();
     /* What was printed counts only when it has arrived (a full disk, a closed pipe). */
     if ((fflush(stdout) != 0 || ferror(stdout)) && status == CA_EXIT_DONE) {

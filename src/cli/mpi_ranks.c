@@ -1,35 +1,41 @@
 #include "cli/mpi_ranks.h"
 
+#include "cli/values.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #ifdef CA_HAS_MPI
 #include <mpi.h>
 #endif
 
-/* A number that a launcher has left in the environment; -1: it has not. */
-static int launched(const char *const names[])
+/* A number that a launcher has left in the environment, at least `minimum`; -1: it has not. */
+static ca_status read_launched(const char *const names[], int minimum, int *number, ca_error *error)
 {
+    *number = -1;
     for (; *names; names++) {
         const char *text = getenv(*names);
-        if (text && *text) return atoi(text);
+        ca_error reason = {""};
+        if (!text || !*text) continue;
+        if (ca_value_integer(text, minimum, number, &reason) == CA_OK) return CA_OK;
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s in the environment: %.900s", *names, reason.message);
     }
-    return -1;
+    return CA_OK;
 }
 
-static int launched_rank(void)
+/* `size`: of processes that were started together; 1: there is one, or nobody knows of others. PMIx has no such
+ * variable. */
+static ca_status read_launch(int *rank, int *size, ca_error *error)
 {
-    static const char *const names[] = {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", NULL};
-    return launched(names);
-}
-
-/* Of processes that were started together; 1: there is one, or nobody knows of others. PMIx has no such variable. */
-static int launched_size(void)
-{
+    static const char *const numbers[] = {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", NULL};
     static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", NULL};
     static const char *const pmix[] = {"PMIX_RANK", NULL}, *const tasks[] = {"SLURM_STEP_NUM_TASKS", NULL};
-    int size = launched(sizes);
-    if (size < 0 && launched(pmix) >= 0) size = launched(tasks);
-    return size < 1 ? 1 : size;
+    int pmix_rank;
+    CA_TRY(read_launched(numbers, 0, rank, error));
+    CA_TRY(read_launched(sizes, 1, size, error));
+    CA_TRY(read_launched(pmix, 0, &pmix_rank, error));
+    if (*size < 0 && pmix_rank >= 0) CA_TRY(read_launched(tasks, 1, size, error));
+    if (*size < 0) *size = 1;
+    return CA_OK;
 }
 
 /* What all ranks would say is said once. */
@@ -72,9 +78,9 @@ static void receive_bytes(void *user, const ca_rank_message *message, void *byte
 ca_status ca_mpi_start(ca_error *error)
 {
     int rank, size, level;
-    (void)error;
-    if (launched_size() < 2) return CA_OK;
-    if (launched_rank() > 0) silence();
+    CA_TRY(read_launch(&rank, &size, error));
+    if (size < 2) return CA_OK;
+    if (rank > 0) silence();
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
     has_started = true;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
@@ -99,9 +105,10 @@ const ca_ranks *ca_mpi_ranks(void) { return ranks.count > 1 ? &ranks : NULL; }
 
 ca_status ca_mpi_start(ca_error *error)
 {
-    const int size = launched_size();
+    int rank, size;
+    CA_TRY(read_launch(&rank, &size, error));
     if (size < 2) return CA_OK;
-    if (launched_rank() > 0) silence();
+    if (rank > 0) silence();
     return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
                    "started as %d processes, but this program was built without MPI: they would all make the same "
                    "picture",

@@ -9,6 +9,7 @@
 #include "render/ranks.h"
 
 /* Begins, where there is more than one process. From then on only rank 0 has standard output and standard error.
+ * CA_ERROR_ARGUMENT: a variable of the launcher holds no number, which all processes say.
  * CA_ERROR_UNSUPPORTED: there is, but this program was built without MPI; only rank 0's message is to be told, which
  * is seen to. */
 ca_status ca_mpi_start(ca_error *error);

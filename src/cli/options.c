@@ -231,12 +231,16 @@ ca_status ca_options_load_scene(const char *path, const ca_text_list *define_wor
     return ca_options_load_sensor(path, define_words, 0, NULL, draws, scene, error);
 }
 
-/* MiB; 0: as usual. What is no number is none. */
-static double scene_memory(void)
+ca_status ca_options_scene_memory(double *mib, ca_error *error)
 {
-    const char *text = getenv("CAUSTICA_SCENE_MEMORY");
-    const double mib = text ? strtod(text, NULL) : 0.0;
-    return mib > 0.0 ? mib : 0.0;
+    static const char name[] = "CAUSTICA_SCENE_MEMORY";
+    const char *text = getenv(name);
+    double given = 0.0;
+    ca_error reason = {""};
+    if (text && ca_value_positive(text, &given, &reason) != CA_OK)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s in the environment (MiB): %.900s", name, reason.message);
+    *mib = given;
+    return CA_OK;
 }
 
 ca_status ca_options_open_source(const char *path, const ca_text_list *define_words, ca_define_words *read,
@@ -246,9 +250,8 @@ ca_status ca_options_open_source(const char *path, const ca_text_list *define_wo
     *source = (ca_scene_source){.path = path,
                                 .defines = read->defines,
                                 .define_count = define_words->count,
-                                .stop = ca_signals_stop(),
-                                .memory_mib = scene_memory()};
-    return status;
+                                .stop = ca_signals_stop()};
+    return status == CA_OK ? ca_options_scene_memory(&source->memory_mib, error) : status;
 }
 
 typedef struct loading_line {

@@ -83,8 +83,12 @@ typedef struct ca_define_words {
 
 void ca_define_words_destroy(ca_define_words *words);
 
-/* A scene's file as the library reads it: with the defines, and the limit of memory that the environment has
- * (CAUSTICA_SCENE_MEMORY, in MiB). `read` holds what *source borrows. */
+/* The limit of memory for reading a scene that the environment has (CAUSTICA_SCENE_MEMORY, in MiB); 0: it has none.
+ * Errors: CA_ERROR_ARGUMENT for what is not a number above 0. */
+ca_status ca_options_scene_memory(double *mib, ca_error *error);
+
+/* A scene's file as the library reads it: with the defines, and that limit of memory. `read` holds what *source
+ * borrows. */
 ca_status ca_options_open_source(const char *path, const ca_text_list *define_words, ca_define_words *read,
                                  ca_scene_source *source, ca_error *error);
 

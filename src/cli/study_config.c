@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "metrics/flip.h"
 #include "integrator/integrator.h"
+#include "render/render.h"
 #include "sampling/sampler.h"
 
 #include <math.h>
@@ -62,6 +63,11 @@ static ca_status read_render(const ca_study_config *config, const ca_json_value 
     if (render->integrator) {
         snprintf(name, sizeof name, "%.*s", (int)strcspn(render->integrator, ":"), render->integrator);
         if (ca_integrator_find(name, NULL, &type, &reason) != CA_OK)
+            return ca_json_fail(config->document, object, "integrator", error, "\"integrator\": %.400s",
+                                reason.message);
+        ca_integrator_input input = {0};
+        if (ca_integrator_configure(type, &(ca_integrator_desc){0}, true, ca_render_overrides(render->integrator),
+                                    &input, &reason) != CA_OK)
             return ca_json_fail(config->document, object, "integrator", error, "\"integrator\": %.400s",
                                 reason.message);
     }

@@ -124,6 +124,24 @@ static ca_status note_places(const ca_study_work *work, const ca_scene *scene, c
     return ca_places_write(work->places, path, "--output", error);
 }
 
+/* What the scene says against a definition, or against having any, is told where the study has it. */
+static ca_status fail_define(const ca_study_work *work, const ca_study_scenario *scenario, ca_error *error)
+{
+    const ca_error reason = *error;
+    const ca_json *document = work->config->document;
+    for (size_t i = 0; i < scenario->define_count; i++) {
+        const ca_define *define = &scenario->defines[i];
+        char begins[sizeof reason.message];
+        snprintf(begins, sizeof begins, "-D %s=%s: ", define->name, define->value);
+        const size_t length = strlen(begins);
+        if (strncmp(reason.message, begins, length) == 0)
+            return ca_json_fail(document, scenario->define, define->name, error, "\"%.100s\" of scenario %s: %.300s",
+                                define->name, scenario->name, reason.message + length);
+    }
+    return ca_json_fail(document, scenario->define, NULL, error, "scenario %s: %.400s", scenario->name,
+                        reason.message);
+}
+
 /* Renders the image, or only asks what it depends on. */
 static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_reference, bool only_ask,
                             uint64_t *id, ca_error *error)
@@ -135,12 +153,14 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
     const ca_scene_source source = {.path = scenario->path,
                                     .defines = scenario->defines,
                                     .define_count = scenario->define_count,
-                                    .stop = ca_signals_stop()};
-    CA_TRY(ca_scene_parse(&source, &scene, error));
+                                    .stop = ca_signals_stop(),
+                                    .memory_mib = work->memory_mib};
+    ca_status status = ca_scene_parse(&source, &scene, error);
+    if (status == CA_ERROR_ARGUMENT && scenario->define_count > 0) return fail_define(work, scenario, error);
+    CA_TRY(status);
     if (!only_ask) ca_options_say_notes(scene);
     describe(work, scene, render, settings);
     *id = ca_hash_bytes(*id, settings, strlen(settings));
-    ca_status status = CA_OK;
     char *path = ca_study_image_path(work, number, is_reference);
     if (!path) {
         status = ca_fail_memory(error, "the study");

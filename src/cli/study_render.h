@@ -12,6 +12,7 @@ typedef struct ca_study_work {
     const char *folder;
     uint32_t threads; /* 0: one per processor */
     bool quiet;
+    double memory_mib; /* that reading a scene may take; 0: as usual */
     ca_places *places; /* the study's files, read and written */
 } ca_study_work;
 

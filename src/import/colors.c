@@ -131,7 +131,8 @@ static bool read_spectrum_file(ca_importer *importer, const ca_xml_node *node, s
     *hash = ca_hash_bytes(ca_hash_add(*hash, bytes.size), bytes.data, bytes.size);
     const bool text = memchr(bytes.data, 0, bytes.size) == NULL;
     if (!text) ca_import_fail(importer, &node->where, "%s is no text file", path);
-    const bool good = text && parse_spectrum_lines(importer, node, path, (const char *)bytes.data, table);
+    const char *start = (const char *)bytes.data + ca_byte_order_mark((const char *)bytes.data, bytes.size);
+    const bool good = text && parse_spectrum_lines(importer, node, path, start, table);
     ca_bytes_destroy(&bytes);
     return good;
 }

@@ -1,5 +1,6 @@
 #include "import/text_scan.h"
 
+#include "base/text.h"
 #include "import/number.h"
 
 #include <math.h>
@@ -7,8 +8,9 @@
 
 ca_text_scan ca_scan_begin(const char *file, const char *text, size_t size)
 {
+    const char *start = text + ca_byte_order_mark(text, size);
     return (ca_text_scan){
-        .cursor = text, .end = text + size, .line_start = text, .where = {.file = file, .line = 1, .column = 1}};
+        .cursor = start, .end = text + size, .line_start = start, .where = {.file = file, .line = 1, .column = 1}};
 }
 
 static bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }

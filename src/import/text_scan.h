@@ -12,6 +12,7 @@ typedef struct ca_text_scan {
     ca_location where; /* file and line of the cursor; the column is set by ca_scan_place */
 } ca_text_scan;
 
+/* Behind the byte order mark of the text, if it has one. */
 ca_text_scan ca_scan_begin(const char *file, const char *text, size_t size);
 
 /* Skips white space within the line, and a backslash that continues it on the next. */

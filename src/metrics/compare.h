@@ -79,7 +79,8 @@ ca_status ca_compare(const ca_image_layers *image, const ca_image_layers *refere
                      const ca_compare_settings *settings, ca_comparison *comparison, ca_error *error);
 
 /* The picture with each `factor` x `factor` pixels averaged into one: channels R G B, and Variance.* and Samples.Y
- * such that Variance / Samples stays the variance of a pixel's mean. Both sides must be multiples of `factor`. */
+ * such that Variance / Samples stays the variance of a pixel's mean. Both sides, the film's sides and the place in
+ * it must be multiples of `factor`. Errors: CA_ERROR_ARGUMENT, CA_ERROR_MEMORY. */
 ca_status ca_compare_downsample(const ca_image_layers *layers, uint32_t factor, ca_image_layers **result,
                                 ca_error *error);
 

@@ -80,6 +80,13 @@ ca_status ca_compare_downsample(const ca_image_layers *layers, uint32_t factor, 
     if (factor == 0 || factor > (uint32_t)INT32_MAX || layers->width % factor || layers->height % factor)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%u x %u pixels cannot be averaged by %u x %u", layers->width,
                        layers->height, factor, factor);
+    const int32_t step = (int32_t)factor;
+    if (layers->x0 % step || layers->y0 % step || layers->full_width % factor || layers->full_height % factor)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%u x %u pixels from (%d, %d) of a film of %u x %u cannot be averaged by %u x %u: they would "
+                       "lie between the pixels of the smaller film",
+                       layers->width, layers->height, layers->x0, layers->y0, layers->full_width,
+                       layers->full_height, factor, factor);
     ca_image_layers *small = NULL;
     CA_TRY(ca_layers_create(&small, layers->width / factor, layers->height / factor, error));
     const ca_status status = fill(layers, factor, small, error);

@@ -12,19 +12,39 @@ static ca_status open_colors(const ca_image_layers *layers, const char *what, co
     return CA_OK;
 }
 
+/* A file that keeps no crop (PNG, PFM) has a picture as large as its data, and tells no place. */
+static bool tells_place(const ca_image_layers *layers)
+{
+    return layers->x0 != 0 || layers->y0 != 0 || layers->full_width != layers->width ||
+           layers->full_height != layers->height;
+}
+
+/* A picture that ends where its data does may be all that is known of a larger one (images of strategies). */
+static bool tells_film(const ca_image_layers *layers)
+{
+    return (int64_t)layers->x0 + layers->width != layers->full_width ||
+           (int64_t)layers->y0 + layers->height != layers->full_height;
+}
+
+static bool are_same_part(const ca_image_layers *a, const ca_image_layers *b)
+{
+    const bool same_place = a->x0 == b->x0 && a->y0 == b->y0;
+    if (a->full_width == b->full_width && a->full_height == b->full_height) return same_place;
+    if (!tells_place(a) || !tells_place(b)) return true;
+    return same_place && !(tells_film(a) && tells_film(b));
+}
+
 static ca_status check_sizes(const ca_image_layers *image, const ca_image_layers *reference, ca_error *error)
 {
     if (image->width != reference->width || image->height != reference->height)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the image has %u x %u pixels, the reference %u x %u",
                        image->width, image->height, reference->width, reference->height);
-    /* A file that keeps no crop (PNG, PFM) has a picture as large as its data; that is no contradiction. */
-    const bool same_film = image->full_width == reference->full_width && image->full_height == reference->full_height;
-    if (same_film && (image->x0 != reference->x0 || image->y0 != reference->y0))
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "the image and the reference are different parts of the picture: they start at (%d, %d) and "
-                       "(%d, %d)",
-                       image->x0, image->y0, reference->x0, reference->y0);
-    return CA_OK;
+    if (are_same_part(image, reference)) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "the image and the reference are different parts of the picture: %u x %u pixels from (%d, %d) of "
+                   "a film of %u x %u, and from (%d, %d) of one of %u x %u",
+                   image->width, image->height, image->x0, image->y0, image->full_width, image->full_height,
+                   reference->x0, reference->y0, reference->full_width, reference->full_height);
 }
 
 static ca_status resolve_roi(const ca_image_layers *image, const ca_compare_settings *settings, ca_pixel_rect *roi,

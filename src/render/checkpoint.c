@@ -111,6 +111,8 @@ static const char *what_may_differ(const char *line)
 {
     if (strncmp(line, "passes_per_replicate ", 21) == 0) return "the samples of a render with replicates stay";
     if (strncmp(line, "memory ", 7) == 0) return "the memory stays where blocks are as large as it allows";
+    if (strncmp(line, "end ", 4) == 0)
+        return "rays that were chosen for a number of samples go on by samples, and those for time or noise by these";
     return "only samples, time, noise, threads, memory and outputs may be others";
 }
 

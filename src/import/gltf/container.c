@@ -185,7 +185,8 @@ void ca_gltf_open(ca_gltf *g)
         fail_container(g, "the scene's JSON is over the limit of 128 MiB");
         return;
     }
-    if (json.size >= 3 && memcmp(json.data, "\xef\xbb\xbf", 3) == 0) json.data += 3, json.size -= 3;
+    const size_t mark = ca_byte_order_mark((const char *)json.data, json.size);
+    json.data += mark, json.size -= mark;
     g->importer->status = ca_gltf_parse((const char *)json.data, json.size, g->importer->document.path, !g->is_binary,
                                         &g->importer->document.arena, &g->root, g->importer->error);
     if (ca_import_good(g->importer)) check_asset(g);

@@ -126,10 +126,17 @@ static void put_film(ca_gltf *g, ca_xml_node *sensor, double aspect)
     ca_tree_integer(&g->tree, film, "height", (int64_t)height);
 }
 
+/* The specification has no default for it. */
+static void check_needed(ca_gltf *g, const ca_gltf_value *lens, const char *key)
+{
+    if (lens && !ca_gltf_member(g, lens, key)) ca_gltf_fail(g, lens, "has no %s", key);
+}
+
 static double put_perspective(ca_gltf *g, const ca_gltf_value *camera, ca_xml_node *sensor)
 {
     const ca_gltf_value *lens = ca_gltf_object(g, camera, "perspective");
     if (!lens) ca_gltf_fail(g, camera, "has no perspective");
+    check_needed(g, lens, "yfov");
     ca_tree_float(&g->tree, sensor, "fov", DEGREES * ca_gltf_number(g, lens, "yfov", 0.8, 1e-5, 3.1398));
     ca_tree_string(&g->tree, sensor, "fov_axis", "y");
     const double near = ca_gltf_number(g, lens, "znear", 0.01, 1e-30, 1e30);
@@ -144,8 +151,10 @@ static double put_orthographic(ca_gltf *g, const ca_gltf_value *camera, ca_xml_n
 {
     const ca_gltf_value *lens = ca_gltf_object(g, camera, "orthographic");
     if (!lens) ca_gltf_fail(g, camera, "has no orthographic");
+    check_needed(g, lens, "xmag");
+    check_needed(g, lens, "ymag");
     const double x = ca_gltf_number(g, lens, "xmag", 1.0, 1e-20, 1e20);
-    const double y = ca_gltf_number(g, lens, "ymag", x, 1e-20, 1e20);
+    const double y = ca_gltf_number(g, lens, "ymag", 1.0, 1e-20, 1e20);
     const double near = ca_gltf_number(g, lens, "znear", 0.01, 0.0, 1e30);
     ca_tree_float(&g->tree, sensor, "near_clip", fmax(near, 1e-6));
     ca_tree_float(&g->tree, sensor, "far_clip", ca_gltf_number(g, lens, "zfar", fmax(1e4, 1e6 * near), 1e-30, 1e37));
@@ -179,7 +188,12 @@ void ca_gltf_add_camera(ca_gltf *g, const ca_gltf_value *node, const ca_matrix *
         ca_gltf_fail(g, node, "its matrix leaves its camera no direction");
         return;
     }
-    const bool flat = strcmp(ca_gltf_text(g, camera, "type", ""), "orthographic") == 0;
+    const char *type = ca_gltf_text(g, camera, "type", "");
+    const bool flat = strcmp(type, "orthographic") == 0;
+    if (!flat && strcmp(type, "perspective") != 0) {
+        ca_gltf_fail(g, camera, "type \"%.60s\" is not perspective or orthographic", type);
+        return;
+    }
     ca_xml_node *sensor =
         ca_tree_named_object(&g->tree, ca_tree_root(&g->tree), "sensor", flat ? "orthographic" : "perspective", NULL,
                              camera_id(g, node, camera));

@@ -386,14 +386,30 @@ static void make_unlit(maker *m, ca_gltf_material *made, ca_xml_node *parent)
 
 /* ---- Any material ---------------------------------------------------------------------------------------------- */
 
+static bool is_among(const char *name, const char *const names[], size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        if (strcmp(names[i], name) == 0) return true;
+    return false;
+}
+
+/* Notes each extension once; of very many not each. */
 static void note_unread(maker *m)
 {
-    static const char *const unread[] = {"KHR_materials_anisotropy", "KHR_materials_iridescence",
-                                         "KHR_materials_dispersion", "KHR_materials_diffuse_transmission",
-                                         "KHR_materials_volume_scatter"};
-    for (size_t i = 0; i < CA_COUNT(unread); i++) {
-        const ca_gltf_value *extension = ca_gltf_extension(m->g, m->material, unread[i]);
-        if (extension) ca_gltf_note(m->g, extension, "the material extension %s is not read", unread[i]);
+    static const char *const read[] = {"KHR_materials_clearcoat", "KHR_materials_emissive_strength",
+                                       "KHR_materials_ior", "KHR_materials_pbrSpecularGlossiness",
+                                       "KHR_materials_sheen", "KHR_materials_specular",
+                                       "KHR_materials_transmission", "KHR_materials_unlit", "KHR_materials_volume"};
+    ca_gltf *g = m->g;
+    const ca_gltf_value *all = ca_gltf_object(g, m->material, "extensions");
+    for (const ca_gltf_value *e = all ? all->first : NULL; e; e = e->next) {
+        if (is_among(e->key, read, CA_COUNT(read)) || is_among(e->key, g->unread, g->unread_count)) continue;
+        if (g->unread_count == CA_COUNT(g->unread)) {
+            ca_gltf_note(g, e, "more than %zu material extensions are not read", CA_COUNT(g->unread));
+            return;
+        }
+        g->unread[g->unread_count++] = e->key;
+        ca_gltf_note(g, e, "the material extension %.100s is not read", e->key);
     }
 }
 

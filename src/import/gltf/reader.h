@@ -71,7 +71,7 @@ typedef struct ca_gltf_table {
 } ca_gltf_table;
 
 /* Objects that are asked for members have no more of them, so that asking often takes no time. */
-enum { CA_GLTF_MAX_MEMBERS = 128, CA_GLTF_MAX_TABLES = 16 };
+enum { CA_GLTF_MAX_MEMBERS = 128, CA_GLTF_MAX_TABLES = 16, CA_GLTF_MAX_UNREAD = 32 };
 
 typedef struct ca_gltf_image {
     ca_gltf_bytes bytes;
@@ -90,6 +90,8 @@ typedef struct ca_gltf {
     ca_gltf_table tables[CA_GLTF_MAX_TABLES];
     size_t table_count;
     uint32_t camera_count;
+    const char *unread[CA_GLTF_MAX_UNREAD]; /* extensions of materials that were noted */
+    size_t unread_count;
     CA_TABLE(ca_bytes) owned;
     CA_TABLE(ca_gltf_baked) baked;
     ca_gltf_material *materials[2]; /* without and with colours; one more than "materials" has: the default */

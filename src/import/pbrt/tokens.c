@@ -1,15 +1,15 @@
 #include "import/pbrt/tokens.h"
 
 #include "base/loading.h"
+#include "base/text.h"
 
 #include <string.h>
 
 ca_pbrt_scan ca_pbrt_scan_begin(const char *file, const char *text, size_t size, ca_arena *arena)
 {
-    ca_pbrt_scan scan = {
-        .cursor = text, .end = text + size, .line_start = text, .line = 1, .file = file, .arena = arena};
-    if (size >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) scan.cursor += 3; /* a byte order mark */
-    return scan;
+    const char *start = text + ca_byte_order_mark(text, size);
+    return (ca_pbrt_scan){
+        .cursor = start, .end = text + size, .line_start = start, .line = 1, .file = file, .arena = arena};
 }
 
 static bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v'; }
