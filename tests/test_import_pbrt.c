@@ -308,6 +308,26 @@ static void subdivision_of_a_plane(void **state)
     done();
 }
 
+/* A vertex that no triangle uses stays where it is; all others do as without it. */
+static void subdivision_with_a_lone_vertex(void **state)
+{
+    (void)state;
+    for (int levels = 0; levels <= 2; levels++) {
+        char text[400];
+        snprintf(text, sizeof text,
+                 FIRST "Shape \"loopsubdiv\" \"integer levels\" %d \"integer indices\" [0 1 2] "
+                       "\"point3 P\" [0 0 2 1 0 2 0 1 2 7 8 9]",
+                 levels);
+        import(text);
+        const ca_mesh *mesh = &desc.meshes.items[0];
+        assert_int_equal(mesh->triangle_count, 1 << (2 * levels));
+        for (size_t v = 0; v < mesh->vertex_count; v++)
+            if (v != 3) near((double)mesh->positions[3 * v + 2], 2.0);
+        for (size_t i = 0; i < 3; i++) near((double)mesh->positions[9 + i], 7.0 + (double)i);
+        done();
+    }
+}
+
 static double area_of(const ca_mesh *mesh)
 {
     double area = 0.0;
@@ -546,6 +566,7 @@ int main(void)
         cmocka_unit_test(color_spaces),
         cmocka_unit_test(subdivision_goes_to_the_limit),
         cmocka_unit_test(subdivision_of_a_plane),
+        cmocka_unit_test(subdivision_with_a_lone_vertex),
         cmocka_unit_test(curves_of_all_kinds),
         cmocka_unit_test(curves_are_gathered),
         cmocka_unit_test(parts_of_quadrics),
