@@ -180,6 +180,40 @@ static void defaults_are_those_of_the_version(void **state)
     done();
 }
 
+typedef struct sampling {
+    const char *options, *rest;
+    ca_sampler_kind kind;
+    uint32_t samples;
+    uint64_t seed;
+} sampling;
+
+/* Integrator and Sampler may stand in any order: iterations are samples, and kind and seed are the sampler's. */
+static void iterations_are_samples(void **state)
+{
+    (void)state;
+#define SPPM "Integrator \"sppm\" \"integer iterations\" 5\n"
+#define SEVEN "Sampler \"independent\" \"integer pixelsamples\" 12 \"integer seed\" 7\n"
+    static const sampling cases[] = {
+        {SPPM SEVEN, "", CA_SAMPLER_INDEPENDENT, 5, 7},
+        {SEVEN SPPM, "", CA_SAMPLER_INDEPENDENT, 5, 7},
+        {SPPM, "", CA_SAMPLER_HALTON, 5, 0},
+        {SEVEN "Integrator \"sppm\"\n", "", CA_SAMPLER_INDEPENDENT, 12, 7},
+        {"Integrator \"sppm\"\n" SEVEN, "", CA_SAMPLER_INDEPENDENT, 12, 7},
+        {"Integrator \"sppm\"\n" SEVEN, "WorldEnd", CA_SAMPLER_INDEPENDENT, 64, 7},
+        {SEVEN "Integrator \"sppm\"\n", "WorldEnd", CA_SAMPLER_INDEPENDENT, 64, 7},
+        {SEVEN SPPM "Integrator \"path\"\n", "", CA_SAMPLER_INDEPENDENT, 12, 7},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[400];
+        snprintf(text, sizeof text, "%s" FIRST "%s", cases[i].options, cases[i].rest);
+        import(text);
+        assert_int_equal(desc.sampler.kind, cases[i].kind);
+        assert_int_equal(desc.samples_per_pixel, cases[i].samples);
+        assert_int_equal(desc.sampler.seed, cases[i].seed);
+        done();
+    }
+}
+
 /* The field of view is that of the shorter side. */
 static void the_field_of_view_is_the_shorter_sides(void **state)
 {
@@ -559,6 +593,7 @@ int main(void)
         cmocka_unit_test(definitions_have_no_meaning),
         cmocka_unit_test(includes_are_limited),
         cmocka_unit_test(defaults_are_those_of_the_version),
+        cmocka_unit_test(iterations_are_samples),
         cmocka_unit_test(the_field_of_view_is_the_shorter_sides),
         cmocka_unit_test(spectra_of_lights),
         cmocka_unit_test(powers_of_lights),
