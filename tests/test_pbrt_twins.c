@@ -191,6 +191,15 @@ static const twin new_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='roughplastic'><float name='int_ior' value='1.6'/>"
              "<float name='ext_ior' value='1'/><boolean name='nonlinear' value='true'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.5'/></bsdf></bsdf>")),
+    NEAR("coateddiffuse, smooth along u", /* 0 counts as 0.0001: the root of 0.0001 sqrt(0.3) */
+         "Material \"coateddiffuse\" \"float uroughness\" 0 \"float vroughness\" 0.3\n" PBRT_BALL,
+         BALL("<bsdf type='twosided'><bsdf type='roughplastic'><float name='int_ior' value='1.5'/>"
+              "<float name='ext_ior' value='1'/><boolean name='nonlinear' value='true'/>"
+              "<string name='distribution' value='ggx'/><float name='alpha' value='0.007400828'/></bsdf></bsdf>"),
+         1e-4),
+    NEW("dielectric that is no boundary", /* to a float's digits */
+        "Material \"dielectric\" \"float eta\" 1.00000001 \"float roughness\" 0.1\n" PBRT_BALL,
+        BALL("<bsdf type='null'/>")),
     NEW("diffusetransmission",
         "Material \"diffusetransmission\" \"rgb reflectance\" [.4 .3 .2] \"rgb transmittance\" [.1 .2 "
         ".6]\n" PBRT_BALL,
@@ -373,6 +382,10 @@ static const twin old_materials[] = {
     OLD("glass", "Material \"glass\" \"rgb Kt\" [.9 .5 .9] \"float index\" 1.7\n" PBRT_BALL,
         BALL("<bsdf type='dielectric'><float name='int_ior' value='1.7'/><float name='ext_ior' value='1'/>"
              "<rgb name='specular_transmittance' value='.9 .5 .9'/></bsdf>")),
+    OLD("glass that is no boundary",
+        "Material \"glass\" \"rgb Kt\" [.9 .5 .9] \"float index\" 1 \"float uroughness\" 0.1\n" PBRT_BALL,
+        BALL("<bsdf type='dielectric'><float name='int_ior' value='1'/><float name='ext_ior' value='1'/>"
+             "<rgb name='specular_transmittance' value='.9 .5 .9'/></bsdf>")),
     OLD("mirror", "Material \"mirror\" \"rgb Kr\" [.9 .5 .9]\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='conductor'><rgb name='specular_reflectance' value='.9 .5 .9'/></bsdf>"
              "</bsdf>")),
@@ -408,6 +421,13 @@ static const twin old_materials[] = {
              "<bsdf type='dielectric'><float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
              "<float name='specular_reflectance' value='0.8'/><float name='specular_transmittance' value='0'/></bsdf>"
              "</bsdf></bsdf></bsdf>")),
+    OLD("uber that is no boundary", /* neither gloss nor mirror */
+        "Material \"uber\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0.4 \"float Kr\" 0.4 \"float index\" 1\n" PBRT_BALL,
+        BALL("<bsdf type='twosided'><bsdf type='diffuse'>" PAINT "</bsdf></bsdf>")),
+    OLD("uber that is no boundary and lets light through",
+        "Material \"uber\" \"rgb Kd\" [0 0 0] \"float Ks\" 0.4 \"float Kt\" 0.4 \"float index\" 1\n" PBRT_BALL,
+        BALL("<bsdf type='dielectric'><float name='int_ior' value='1'/><float name='ext_ior' value='1'/>"
+             "<float name='specular_transmittance' value='0.4'/></bsdf>")),
     OLD("translucent", "Material \"translucent\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0\n" PBRT_BALL,
         BALL("<bsdf type='blendbsdf'><float name='weight' value='0.5'/>"
              "<bsdf type='twosided'><bsdf type='diffuse'>" PAINT "</bsdf></bsdf>"
@@ -418,6 +438,18 @@ static const twin old_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='roughplastic'><rgb name='diffuse_reflectance' value='.4 .2 .1'/>"
              "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.1'/></bsdf></bsdf>")),
+    OLD("substrate, smooth",
+        "Material \"substrate\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0.04 \"float uroughness\" 0 "
+        "\"float vroughness\" 0 \"bool remaproughness\" \"false\"\n" PBRT_BALL,
+        BALL("<bsdf type='twosided'><bsdf type='roughplastic'><rgb name='diffuse_reflectance' value='.4 .2 .1'/>"
+             "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
+             "<string name='distribution' value='ggx'/><float name='alpha' value='0'/></bsdf></bsdf>")),
+    OLD("disney that is no boundary", /* of facets */
+        "Material \"disney\" \"rgb color\" [.8 .4 .2] \"float eta\" 1 \"float spectrans\" 1 \"float roughness\" "
+        "0.3\n" PBRT_BALL,
+        BALL("<bsdf type='principled'><rgb name='base_color' value='.8 .4 .2'/><float name='eta' value='1.001'/>"
+             "<float name='roughness' value='0.3'/><float name='spec_trans' value='1'/>"
+             "<float name='clearcoat_gloss' value='1'/><float name='sheen_tint' value='0.5'/></bsdf>")),
     OLD("disney",
         "Material \"disney\" \"rgb color\" [.8 .4 .2] \"float metallic\" 0.5 \"float roughness\" 0.3 "
         "\"float clearcoat\" 1\n" PBRT_BALL,

@@ -31,9 +31,10 @@ typedef struct lobes {
 
 static const ca_pbrt_value black = {.rgb = {0.0, 0.0, 0.0}};
 
-/* Lobes without light are left out. */
+/* Lobes without light are left out. Where there is no boundary facets reflect nothing. */
 static void add_lobe(lobes *sum, lobe_kind kind, ca_pbrt_value color, ca_pbrt_value other)
 {
+    if ((kind == GLOSSY || kind == SPECULAR) && !ca_pbrt_is_boundary(sum->index)) color = black;
     if (!ca_pbrt_is(&color, 0.0) || !ca_pbrt_is(&other, 0.0))
         sum->items[sum->count++] = (lobe){.kind = kind, .color = color, .other = other};
 }
@@ -154,12 +155,12 @@ static void read_glass(ca_pbrt *p, const char *id)
     const ca_pbrt_value kr = ca_pbrt_color_value(p, "Kr", 1.0), kt = ca_pbrt_color_value(p, "Kt", 1.0);
     const ca_pbrt_roughness roughness = read_roughness(p, 0.0);
     const double index = read_index(p);
-    ca_xml_node *bsdf =
-        ca_pbrt_begin_bsdf(p, id, roughness.is_smooth ? "dielectric" : "roughdielectric", false, NULL);
+    const bool smooth = roughness.is_smooth || !ca_pbrt_is_boundary(index);
+    ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, smooth ? "dielectric" : "roughdielectric", false, NULL);
     ca_pbrt_put_index(p, bsdf, index);
     ca_pbrt_put_color(p, bsdf, "specular_reflectance", &kr);
     ca_pbrt_put_color(p, bsdf, "specular_transmittance", &kt);
-    if (!roughness.is_smooth) ca_pbrt_put_alpha(p, bsdf, &roughness);
+    if (!smooth) ca_pbrt_put_alpha(p, bsdf, &roughness);
 }
 
 static void read_mirror(ca_pbrt *p, const char *id)
@@ -282,7 +283,8 @@ static void read_disney(ca_pbrt *p, const char *id)
     const bool transmits = !ca_pbrt_is(&trans, 0.0);
     ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, "principled", !transmits, NULL);
     ca_pbrt_put_color(p, bsdf, "base_color", &color);
-    ca_tree_float(&p->tree, bsdf, "eta", index);
+    /* What transmits needs a boundary: facets count an index of 1 as 1.001. */
+    ca_tree_float(&p->tree, bsdf, "eta", transmits && !ca_pbrt_is_boundary(index) ? 1.001 : index);
     for (size_t i = 0; i < CA_COUNT(from); i++) {
         const ca_pbrt_value value = ca_pbrt_number_value(p, from[i], fallbacks[i]);
         if (!ca_pbrt_is(&value, 0.0)) ca_pbrt_put_number(p, bsdf, to[i], &value);
