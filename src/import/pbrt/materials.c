@@ -263,6 +263,7 @@ static void read_mix(ca_pbrt *p, const char *id)
     } else {
         amount = ca_pbrt_number_value(p, "amount", 0.5);
     }
+    amount = ca_pbrt_cut(p, &amount);
     if (!names[0] || !names[1]) {
         ca_pbrt_fail(&p->params, both ? "materials" : "namedmaterial1", "must name two materials with the other");
         return;

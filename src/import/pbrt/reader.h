@@ -161,7 +161,9 @@ typedef struct ca_pbrt_value {
 } ca_pbrt_value;
 
 ca_pbrt_value ca_pbrt_color_value(ca_pbrt *p, const char *name, double fallback);
-/* Version 4's materials cut reflectances to at most 1, whatever the texture says. */
+/* The value, or a texture of its values, cut to [0, 1]. */
+ca_pbrt_value ca_pbrt_cut(ca_pbrt *p, const ca_pbrt_value *value);
+/* Cut, whatever the texture says. */
 ca_pbrt_value ca_pbrt_reflectance_value(ca_pbrt *p, const char *name, double fallback);
 ca_pbrt_value ca_pbrt_number_value(ca_pbrt *p, const char *name, double fallback);
 static inline bool ca_pbrt_is(const ca_pbrt_value *value, double number)
