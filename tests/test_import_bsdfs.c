@@ -143,6 +143,19 @@ static void plastics(void **state)
     done();
 }
 
+/* Which counts as the least roughness. */
+static void coats_may_be_smooth(void **state)
+{
+    (void)state;
+    const ca_material *m = import(SCENE("<bsdf type=\"roughplastic\"><float name=\"alpha\" value=\"0\"/></bsdf>"));
+    is_grey(m->as.rough_plastic.facets.alpha_u, 0.0);
+    done();
+    m = import(SCENE("<bsdf type=\"roughcoating\"><float name=\"alpha\" value=\"0\"/><bsdf type=\"diffuse\"/>"
+                     "</bsdf>"));
+    is_grey(m->as.coating.facets.alpha_u, 0.0);
+    done();
+}
+
 static void principled(void **state)
 {
     (void)state;
@@ -336,6 +349,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(dielectrics), cmocka_unit_test(conductors), cmocka_unit_test(conductor_table_is_sound),
         cmocka_unit_test(plastics),    cmocka_unit_test(principled), cmocka_unit_test(nested_bsdfs),
+        cmocka_unit_test(coats_may_be_smooth),
         cmocka_unit_test(coatings), cmocka_unit_test(thin_principled), cmocka_unit_test(ward),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);

@@ -180,6 +180,40 @@ static void defaults_are_those_of_the_version(void **state)
     done();
 }
 
+typedef struct sampling {
+    const char *options, *rest;
+    ca_sampler_kind kind;
+    uint32_t samples;
+    uint64_t seed;
+} sampling;
+
+/* Integrator and Sampler may stand in any order: iterations are samples, and kind and seed are the sampler's. */
+static void iterations_are_samples(void **state)
+{
+    (void)state;
+#define SPPM "Integrator \"sppm\" \"integer iterations\" 5\n"
+#define SEVEN "Sampler \"independent\" \"integer pixelsamples\" 12 \"integer seed\" 7\n"
+    static const sampling cases[] = {
+        {SPPM SEVEN, "", CA_SAMPLER_INDEPENDENT, 5, 7},
+        {SEVEN SPPM, "", CA_SAMPLER_INDEPENDENT, 5, 7},
+        {SPPM, "", CA_SAMPLER_HALTON, 5, 0},
+        {SEVEN "Integrator \"sppm\"\n", "", CA_SAMPLER_INDEPENDENT, 12, 7},
+        {"Integrator \"sppm\"\n" SEVEN, "", CA_SAMPLER_INDEPENDENT, 12, 7},
+        {"Integrator \"sppm\"\n" SEVEN, "WorldEnd", CA_SAMPLER_INDEPENDENT, 64, 7},
+        {SEVEN "Integrator \"sppm\"\n", "WorldEnd", CA_SAMPLER_INDEPENDENT, 64, 7},
+        {SEVEN SPPM "Integrator \"path\"\n", "", CA_SAMPLER_INDEPENDENT, 12, 7},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[400];
+        snprintf(text, sizeof text, "%s" FIRST "%s", cases[i].options, cases[i].rest);
+        import(text);
+        assert_int_equal(desc.sampler.kind, cases[i].kind);
+        assert_int_equal(desc.samples_per_pixel, cases[i].samples);
+        assert_int_equal(desc.sampler.seed, cases[i].seed);
+        done();
+    }
+}
+
 /* The field of view is that of the shorter side. */
 static void the_field_of_view_is_the_shorter_sides(void **state)
 {
@@ -306,6 +340,26 @@ static void subdivision_of_a_plane(void **state)
     near((double)mesh->positions[3], 1.0); /* the middle of the lower side */
     near((double)mesh->positions[4], 0.0);
     done();
+}
+
+/* A vertex that no triangle uses stays where it is; all others do as without it. */
+static void subdivision_with_a_lone_vertex(void **state)
+{
+    (void)state;
+    for (int levels = 0; levels <= 2; levels++) {
+        char text[400];
+        snprintf(text, sizeof text,
+                 FIRST "Shape \"loopsubdiv\" \"integer levels\" %d \"integer indices\" [0 1 2] "
+                       "\"point3 P\" [0 0 2 1 0 2 0 1 2 7 8 9]",
+                 levels);
+        import(text);
+        const ca_mesh *mesh = &desc.meshes.items[0];
+        assert_int_equal(mesh->triangle_count, 1 << (2 * levels));
+        for (size_t v = 0; v < mesh->vertex_count; v++)
+            if (v != 3) near((double)mesh->positions[3 * v + 2], 2.0);
+        for (size_t i = 0; i < 3; i++) near((double)mesh->positions[9 + i], 7.0 + (double)i);
+        done();
+    }
 }
 
 static double area_of(const ca_mesh *mesh)
@@ -539,6 +593,7 @@ int main(void)
         cmocka_unit_test(definitions_have_no_meaning),
         cmocka_unit_test(includes_are_limited),
         cmocka_unit_test(defaults_are_those_of_the_version),
+        cmocka_unit_test(iterations_are_samples),
         cmocka_unit_test(the_field_of_view_is_the_shorter_sides),
         cmocka_unit_test(spectra_of_lights),
         cmocka_unit_test(powers_of_lights),
@@ -546,6 +601,7 @@ int main(void)
         cmocka_unit_test(color_spaces),
         cmocka_unit_test(subdivision_goes_to_the_limit),
         cmocka_unit_test(subdivision_of_a_plane),
+        cmocka_unit_test(subdivision_with_a_lone_vertex),
         cmocka_unit_test(curves_of_all_kinds),
         cmocka_unit_test(curves_are_gathered),
         cmocka_unit_test(parts_of_quadrics),

@@ -65,6 +65,10 @@ typedef struct twin {
     BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='checkerboard' name='reflectance'>" SIX_BY_FOUR   \
          "<rgb name='color0' value='" color0 "'/><rgb name='color1' value='" color1 "'/></texture></bsdf></bsdf>")
 
+#define PBRT_MIX "Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9] \"rgb tex2\" [.9 .1 .1] "
+#define XML_PAINTED(color)                                                                                           \
+    BALL("<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='" color "'/></bsdf></bsdf>")
+
 #define XML_MIX_BY(file)                                                                                             \
     BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='mix' name='reflectance'>"                        \
          "<rgb name='color0' value='.1 .1 .9'/><rgb name='color1' value='.9 .1 .1'/>"                                \
@@ -80,6 +84,11 @@ typedef struct twin {
     "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 0.4\n"
 #define XML_MAPPED_QUAD                                                                                              \
     "<shape type='ply'><string name='filename' value='mapped_quad.ply'/><boolean name='face_normals' value='true'/>"
+
+#define PBRT_TWO_PAINTS                                                                                              \
+    "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [.9 0 0]\n"                             \
+    "MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [0 .9 0]\n"                             \
+    "Material \"mix\" \"string materials\" [\"a\" \"b\"] "
 
 static const twin shapes[] = {
     NEW("sphere", "Translate 0 1 0 Shape \"sphere\" \"float radius\" 0.75\n",
@@ -191,6 +200,15 @@ static const twin new_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='roughplastic'><float name='int_ior' value='1.6'/>"
              "<float name='ext_ior' value='1'/><boolean name='nonlinear' value='true'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.5'/></bsdf></bsdf>")),
+    NEAR("coateddiffuse, smooth along u", /* 0 counts as 0.0001: the root of 0.0001 sqrt(0.3) */
+         "Material \"coateddiffuse\" \"float uroughness\" 0 \"float vroughness\" 0.3\n" PBRT_BALL,
+         BALL("<bsdf type='twosided'><bsdf type='roughplastic'><float name='int_ior' value='1.5'/>"
+              "<float name='ext_ior' value='1'/><boolean name='nonlinear' value='true'/>"
+              "<string name='distribution' value='ggx'/><float name='alpha' value='0.007400828'/></bsdf></bsdf>"),
+         1e-4),
+    NEW("dielectric that is no boundary", /* to a float's digits */
+        "Material \"dielectric\" \"float eta\" 1.00000001 \"float roughness\" 0.1\n" PBRT_BALL,
+        BALL("<bsdf type='null'/>")),
     NEW("diffusetransmission",
         "Material \"diffusetransmission\" \"rgb reflectance\" [.4 .3 .2] \"rgb transmittance\" [.1 .2 "
         ".6]\n" PBRT_BALL,
@@ -199,13 +217,13 @@ static const twin new_materials[] = {
              "<bsdf type='difftrans'><rgb name='transmittance' value='0.166666666666666667 0.333333333333333333 1'/>"
              "</bsdf></bsdf>")),
     NEW("mix",
-        "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [.9 0 0]\n"
-        "MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [0 .9 0]\n"
-        "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" 0.2\n" PBRT_BALL,
+        PBRT_TWO_PAINTS "\"float amount\" 0.2\n" PBRT_BALL,
         BALL("<bsdf type='blendbsdf'><float name='weight' value='0.2'/>"
              "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='.9 0 0'/></bsdf></bsdf>"
              "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='0 .9 0'/></bsdf></bsdf>"
              "</bsdf>")),
+    NEW("mix by more than 1", PBRT_TWO_PAINTS "\"float amount\" 3\n" PBRT_BALL, XML_PAINTED("0 .9 0")),
+    NEW("mix by less than 0", PBRT_TWO_PAINTS "\"float amount\" -1\n" PBRT_BALL, XML_PAINTED(".9 0 0")),
     NEW("interface", "Material \"interface\"\n" PBRT_BALL, BALL("<bsdf type='null'/>")),
     NEW("checkerboard",
         "Texture \"t\" \"spectrum\" \"checkerboard\" \"float uscale\" 6 \"float vscale\" 4 \"rgb tex1\" [.9 .1 .1] "
@@ -217,6 +235,27 @@ static const twin new_materials[] = {
         "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" 1 \"float tex2\" 0\n"
         "Texture \"t\" \"spectrum\" \"mix\" \"rgb tex1\" [.1 .1 .9] \"rgb tex2\" [.9 .1 .1] "
         "\"texture amount\" \"w\"\n" PBRT_TEXTURED, XML_BOARD(".9 .1 .1", ".1 .1 .9")),
+    NEAR("mix by a picture over 1",
+         "Texture \"w\" \"float\" \"imagemap\" \"string filename\" \"two.pfm\"\n" PBRT_MIX
+         "\"texture amount\" \"w\"\n" PBRT_TEXTURED,
+         XML_PAINTED(".9 .1 .1"), 1e-6),
+    NEAR("mix by a product over 1", /* of boards of 1 and 1/2, 2 and 3 */
+         "Texture \"a\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" 1 \"float tex2\" .5\n"
+         "Texture \"b\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" 2 \"float tex2\" 3\n"
+         "Texture \"w\" \"float\" \"scale\" \"texture tex\" \"a\" \"texture scale\" \"b\"\n" PBRT_MIX
+         "\"texture amount\" \"w\"\n" PBRT_TEXTURED,
+         XML_PAINTED(".9 .1 .1"), 1e-6),
+    NEAR("mix by a board over 1", /* of 2 and 3 */
+         "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" 2 \"float tex2\" 3\n" PBRT_MIX
+         "\"texture amount\" \"w\"\n" PBRT_TEXTURED,
+         XML_PAINTED(".9 .1 .1"), 1e-6),
+    NEW("mix of colours by more than 1", PBRT_MIX "\"float amount\" 2\n" PBRT_TEXTURED, XML_PAINTED(".9 .1 .1")),
+    NEW("mix of colours by less than 0", PBRT_MIX "\"float amount\" -1\n" PBRT_TEXTURED, XML_PAINTED(".1 .1 .9")),
+    NEW("mix with a texture by more than 1",
+        "Texture \"c\" \"spectrum\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"rgb tex1\" [.9 .1 .1] "
+        "\"rgb tex2\" [.1 .1 .9]\n"
+        "Texture \"t\" \"spectrum\" \"mix\" \"texture tex2\" \"c\" \"float amount\" 3\n" PBRT_TEXTURED,
+        XML_BOARD(".9 .1 .1", ".1 .1 .9")),
     NEW("scale of textures", /* by a board of halves and ones */
         "Texture \"w\" \"float\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"float tex1\" .5 \"float tex2\" 1\n"
         "Texture \"c\" \"spectrum\" \"checkerboard\" " PBRT_SIX_BY_FOUR "\"rgb tex1\" [.9 .1 .1] "
@@ -350,6 +389,13 @@ static const twin new_materials[] = {
 static const twin old_materials[] = {
     OLD("matte", "Material \"matte\" \"rgb Kd\" [.8 .2 .1]\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='.8 .2 .1'/></bsdf></bsdf>")),
+    OLD_NEAR("matte, brighter than white", /* reflectances are cut to 1 */
+             "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" 3\n"
+             "\"string filter\" \"point\" Material \"matte\" \"texture Kd\" \"t\"\n" PBRT_BALL,
+             BALL("<bsdf type='twosided'><bsdf type='diffuse'><texture type='bitmap' name='reflectance'>"
+                  "<string name='filename' value='cut.pfm'/><string name='filter_type' value='nearest'/></texture>"
+                  "</bsdf></bsdf>"),
+             1e-5),
     OLD_NEAR("a colour times more than 1", /* picture.pfm has values up to 2 */
              "Texture \"i\" \"color\" \"imagemap\" \"string filename\" \"picture.pfm\" \"float scale\" .1\n"
              "Texture \"s\" \"color\" \"scale\" \"rgb tex1\" [2 3 .5] \"texture tex2\" \"i\"\n"
@@ -372,6 +418,10 @@ static const twin old_materials[] = {
              1e-5),
     OLD("glass", "Material \"glass\" \"rgb Kt\" [.9 .5 .9] \"float index\" 1.7\n" PBRT_BALL,
         BALL("<bsdf type='dielectric'><float name='int_ior' value='1.7'/><float name='ext_ior' value='1'/>"
+             "<rgb name='specular_transmittance' value='.9 .5 .9'/></bsdf>")),
+    OLD("glass that is no boundary",
+        "Material \"glass\" \"rgb Kt\" [.9 .5 .9] \"float index\" 1 \"float uroughness\" 0.1\n" PBRT_BALL,
+        BALL("<bsdf type='dielectric'><float name='int_ior' value='1'/><float name='ext_ior' value='1'/>"
              "<rgb name='specular_transmittance' value='.9 .5 .9'/></bsdf>")),
     OLD("mirror", "Material \"mirror\" \"rgb Kr\" [.9 .5 .9]\n" PBRT_BALL,
         BALL("<bsdf type='twosided'><bsdf type='conductor'><rgb name='specular_reflectance' value='.9 .5 .9'/></bsdf>"
@@ -408,6 +458,13 @@ static const twin old_materials[] = {
              "<bsdf type='dielectric'><float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
              "<float name='specular_reflectance' value='0.8'/><float name='specular_transmittance' value='0'/></bsdf>"
              "</bsdf></bsdf></bsdf>")),
+    OLD("uber that is no boundary", /* neither gloss nor mirror */
+        "Material \"uber\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0.4 \"float Kr\" 0.4 \"float index\" 1\n" PBRT_BALL,
+        BALL("<bsdf type='twosided'><bsdf type='diffuse'>" PAINT "</bsdf></bsdf>")),
+    OLD("uber that is no boundary and lets light through",
+        "Material \"uber\" \"rgb Kd\" [0 0 0] \"float Ks\" 0.4 \"float Kt\" 0.4 \"float index\" 1\n" PBRT_BALL,
+        BALL("<bsdf type='dielectric'><float name='int_ior' value='1'/><float name='ext_ior' value='1'/>"
+             "<float name='specular_transmittance' value='0.4'/></bsdf>")),
     OLD("translucent", "Material \"translucent\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0\n" PBRT_BALL,
         BALL("<bsdf type='blendbsdf'><float name='weight' value='0.5'/>"
              "<bsdf type='twosided'><bsdf type='diffuse'>" PAINT "</bsdf></bsdf>"
@@ -418,6 +475,18 @@ static const twin old_materials[] = {
         BALL("<bsdf type='twosided'><bsdf type='roughplastic'><rgb name='diffuse_reflectance' value='.4 .2 .1'/>"
              "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
              "<string name='distribution' value='ggx'/><float name='alpha' value='0.1'/></bsdf></bsdf>")),
+    OLD("substrate, smooth",
+        "Material \"substrate\" \"rgb Kd\" [.4 .2 .1] \"float Ks\" 0.04 \"float uroughness\" 0 "
+        "\"float vroughness\" 0 \"bool remaproughness\" \"false\"\n" PBRT_BALL,
+        BALL("<bsdf type='twosided'><bsdf type='roughplastic'><rgb name='diffuse_reflectance' value='.4 .2 .1'/>"
+             "<float name='int_ior' value='1.5'/><float name='ext_ior' value='1'/>"
+             "<string name='distribution' value='ggx'/><float name='alpha' value='0'/></bsdf></bsdf>")),
+    OLD("disney that is no boundary", /* of facets */
+        "Material \"disney\" \"rgb color\" [.8 .4 .2] \"float eta\" 1 \"float spectrans\" 1 \"float roughness\" "
+        "0.3\n" PBRT_BALL,
+        BALL("<bsdf type='principled'><rgb name='base_color' value='.8 .4 .2'/><float name='eta' value='1.001'/>"
+             "<float name='roughness' value='0.3'/><float name='spec_trans' value='1'/>"
+             "<float name='clearcoat_gloss' value='1'/><float name='sheen_tint' value='0.5'/></bsdf>")),
     OLD("disney",
         "Material \"disney\" \"rgb color\" [.8 .4 .2] \"float metallic\" 0.5 \"float roughness\" 0.3 "
         "\"float clearcoat\" 1\n" PBRT_BALL,
@@ -547,13 +616,15 @@ static void write_two_by_two(const char *name, const float pixels[12])
     import_write(name, bytes, sizeof bytes);
 }
 
-/* 1 - 0.4 times picture.pfm; 3 times it, at most 1; the mean of its channels. */
+/* 1 - 0.4 times picture.pfm; 3 times it, at most 1; the mean of its channels; and 2 everywhere. */
 static void write_changed_pictures(void)
 {
     static const float inverse[12] = {1, 1, 0.6f, 0.2f, 0.2f, 0.2f, 0.6f, 1, 1, 1, 0.6f, 1};
     static const float cut[12] = {0, 0, 1, 1, 1, 1, 1, 0, 0, 0, 1, 0};
     static const float third = 1.0f / 3.0f, grey[12] = {third, third, third, 2,     2,     2,
                                                           third, third, third, third, third, third};
+    static const float two[12] = {2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2, 2};
+    write_two_by_two("two.pfm", two);
     write_two_by_two("inverse.pfm", inverse);
     write_two_by_two("grey.pfm", grey);
     write_two_by_two("cut.pfm", cut);

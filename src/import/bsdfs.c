@@ -214,7 +214,7 @@ void ca_import_one_roughness(ca_props *props, ca_material_facets *facets)
     const bool varies = alpha && (strcmp(alpha->tag, "texture") == 0 || strcmp(alpha->tag, "ref") == 0);
     facets->alpha_v = facets->alpha_u =
         varies ? ca_props_texture(props, "alpha", 0.1f, CA_COLOR_INDEX)
-               : constant(props, ca_rgb_grey((float)ca_props_positive(props, "alpha", 0.1)));
+               : constant(props, ca_rgb_grey((float)ca_props_number_in(props, "alpha", 0.1, 0.0, 1e30)));
 }
 
 static void import_rough_plastic(ca_props *props, void *result)

@@ -2,6 +2,7 @@
 #include "import/pbrt/materials.h"
 
 #include "base/text.h"
+#include "material/material.h"
 
 #include <string.h>
 
@@ -123,14 +124,14 @@ static void read_diffuse(ca_pbrt *p, const char *id)
     ca_pbrt_put_color(p, ca_pbrt_begin_bsdf(p, id, "diffuse", true, NULL), "reflectance", &reflectance);
 }
 
-/* Where the index is 1 there is no boundary. */
 static void read_dielectric(ca_pbrt *p, const char *id)
 {
     const double index = ca_pbrt_index(p, "eta", 1.5);
     const ca_pbrt_roughness roughness = read_roughness(p);
-    const char *type = index == 1.0 ? "null" : roughness.is_smooth ? "dielectric" : "roughdielectric";
+    const bool is_boundary = ca_pbrt_is_boundary(index);
+    const char *type = !is_boundary ? "null" : roughness.is_smooth ? "dielectric" : "roughdielectric";
     ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, type, false, NULL);
-    if (index == 1.0) return;
+    if (!is_boundary) return;
     ca_pbrt_put_index(p, bsdf, index);
     if (!roughness.is_smooth) ca_pbrt_put_alpha(p, bsdf, &roughness);
 }
@@ -206,7 +207,8 @@ void ca_pbrt_put_coat_alpha(ca_pbrt *p, ca_xml_node *bsdf, const ca_pbrt_roughne
 {
     const bool same = is_same(&roughness->u, &roughness->v), varies = roughness->u.id || roughness->v.id;
     ca_pbrt_value alpha = roughness->u.id ? roughness->u : roughness->v;
-    if (!varies) alpha.rgb[0] = sqrt(roughness->u.rgb[0] * roughness->v.rgb[0]);
+    const double least = (double)CA_MATERIAL_MIN_ALPHA;
+    if (!varies) alpha.rgb[0] = sqrt(fmax(roughness->u.rgb[0], least) * fmax(roughness->v.rgb[0], least));
     if (!same)
         ca_import_note(p->importer, &p->params.where, "the roughness of a coat is %s",
                        varies ? "that of one direction, which is a texture" : "the geometric mean of both");
@@ -261,6 +263,7 @@ static void read_mix(ca_pbrt *p, const char *id)
     } else {
         amount = ca_pbrt_number_value(p, "amount", 0.5);
     }
+    amount = ca_pbrt_cut(p, &amount);
     if (!names[0] || !names[1]) {
         ca_pbrt_fail(&p->params, both ? "materials" : "namedmaterial1", "must name two materials with the other");
         return;

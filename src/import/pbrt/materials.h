@@ -31,6 +31,8 @@ double ca_pbrt_old_alpha(double roughness);
 void ca_pbrt_put_alpha(ca_pbrt *p, ca_xml_node *object, const ca_pbrt_roughness *roughness);
 /* A coat has one roughness for both directions. */
 void ca_pbrt_put_coat_alpha(ca_pbrt *p, ca_xml_node *bsdf, const ca_pbrt_roughness *roughness);
+/* Does an index of refraction, in vacuum, make a boundary? Without one light goes straight on, however rough. */
+static inline bool ca_pbrt_is_boundary(double index) { return (float)index != 1.0f; }
 /* int_ior, in vacuum. */
 void ca_pbrt_put_index(ca_pbrt *p, ca_xml_node *object, double index);
 /* Of copper, the metal of materials that name none. */

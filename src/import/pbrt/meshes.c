@@ -151,13 +151,14 @@ static neighbours *sum_neighbours(ca_pbrt *p, const control *c, const side *side
     return all;
 }
 
-/* The vertex with `weight` of each of its neighbours, of those along the boundary where it lies on one. */
+/* The vertex with `weight` of each of its neighbours, of those along the boundary where it lies on one. One without
+ * neighbours, whose inner weight is not finite, stays where it is. */
 static void blend_vertex(const double *point, const neighbours *at, double inner_weight, double boundary_weight,
                          double result[3])
 {
     const bool boundary = at->boundary_count > 0;
-    const double weight = boundary ? boundary_weight : inner_weight;
     const uint32_t count = boundary ? at->boundary_count : at->count;
+    const double weight = count == 0 ? 0.0 : boundary ? boundary_weight : inner_weight;
     const double *sum = boundary ? at->boundary_sum : at->sum;
     for (int i = 0; i < 3; i++) result[i] = (1.0 - count * weight) * point[i] + weight * sum[i];
 }

@@ -31,9 +31,10 @@ typedef struct lobes {
 
 static const ca_pbrt_value black = {.rgb = {0.0, 0.0, 0.0}};
 
-/* Lobes without light are left out. */
+/* Lobes without light are left out. Where there is no boundary facets reflect nothing. */
 static void add_lobe(lobes *sum, lobe_kind kind, ca_pbrt_value color, ca_pbrt_value other)
 {
+    if ((kind == GLOSSY || kind == SPECULAR) && !ca_pbrt_is_boundary(sum->index)) color = black;
     if (!ca_pbrt_is(&color, 0.0) || !ca_pbrt_is(&other, 0.0))
         sum->items[sum->count++] = (lobe){.kind = kind, .color = color, .other = other};
 }
@@ -132,7 +133,7 @@ static ca_pbrt_roughness read_roughness(ca_pbrt *p, double fallback)
 /* sigma is an angle; roughdiffuse takes the slope, sqrt(2) times it. */
 static void read_matte(ca_pbrt *p, const char *id)
 {
-    const ca_pbrt_value kd = ca_pbrt_color_value(p, "Kd", 0.5);
+    const ca_pbrt_value kd = ca_pbrt_reflectance_value(p, "Kd", 0.5);
     ca_pbrt_value sigma = ca_pbrt_number_value(p, "sigma", 0.0);
     const bool smooth = ca_pbrt_is(&sigma, 0.0);
     sigma.rgb[0] = fmin(fmax(sigma.rgb[0], 0.0), 90.0);
@@ -151,20 +152,20 @@ static double read_index(ca_pbrt *p)
 
 static void read_glass(ca_pbrt *p, const char *id)
 {
-    const ca_pbrt_value kr = ca_pbrt_color_value(p, "Kr", 1.0), kt = ca_pbrt_color_value(p, "Kt", 1.0);
+    const ca_pbrt_value kr = ca_pbrt_reflectance_value(p, "Kr", 1.0), kt = ca_pbrt_reflectance_value(p, "Kt", 1.0);
     const ca_pbrt_roughness roughness = read_roughness(p, 0.0);
     const double index = read_index(p);
-    ca_xml_node *bsdf =
-        ca_pbrt_begin_bsdf(p, id, roughness.is_smooth ? "dielectric" : "roughdielectric", false, NULL);
+    const bool smooth = roughness.is_smooth || !ca_pbrt_is_boundary(index);
+    ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, smooth ? "dielectric" : "roughdielectric", false, NULL);
     ca_pbrt_put_index(p, bsdf, index);
     ca_pbrt_put_color(p, bsdf, "specular_reflectance", &kr);
     ca_pbrt_put_color(p, bsdf, "specular_transmittance", &kt);
-    if (!roughness.is_smooth) ca_pbrt_put_alpha(p, bsdf, &roughness);
+    if (!smooth) ca_pbrt_put_alpha(p, bsdf, &roughness);
 }
 
 static void read_mirror(ca_pbrt *p, const char *id)
 {
-    const ca_pbrt_value kr = ca_pbrt_color_value(p, "Kr", 0.9);
+    const ca_pbrt_value kr = ca_pbrt_reflectance_value(p, "Kr", 0.9);
     ca_pbrt_put_color(p, ca_pbrt_begin_bsdf(p, id, "conductor", true, NULL), "specular_reflectance", &kr);
 }
 
@@ -186,8 +187,8 @@ static void read_metal(ca_pbrt *p, const char *id)
 static void read_plastic(ca_pbrt *p, const char *id)
 {
     lobes sum = {.index = 1.5};
-    add_lobe(&sum, DIFFUSE, ca_pbrt_color_value(p, "Kd", 0.25), black);
-    add_lobe(&sum, GLOSSY, ca_pbrt_color_value(p, "Ks", 0.25), black);
+    add_lobe(&sum, DIFFUSE, ca_pbrt_reflectance_value(p, "Kd", 0.25), black);
+    add_lobe(&sum, GLOSSY, ca_pbrt_reflectance_value(p, "Ks", 0.25), black);
     sum.roughness = read_roughness(p, 0.1);
     put_lobes(p, id, &sum, true, NULL);
 }
@@ -195,10 +196,11 @@ static void read_plastic(ca_pbrt *p, const char *id)
 static void read_uber(ca_pbrt *p, const char *id)
 {
     lobes sum = {.index = read_index(p)};
-    const ca_pbrt_value kt = ca_pbrt_color_value(p, "Kt", 0.0), opacity = ca_pbrt_color_value(p, "opacity", 1.0);
-    add_lobe(&sum, DIFFUSE, ca_pbrt_color_value(p, "Kd", 0.25), black);
-    add_lobe(&sum, GLOSSY, ca_pbrt_color_value(p, "Ks", 0.25), black);
-    add_lobe(&sum, SPECULAR, ca_pbrt_color_value(p, "Kr", 0.0), kt);
+    const ca_pbrt_value kt = ca_pbrt_reflectance_value(p, "Kt", 0.0);
+    const ca_pbrt_value opacity = ca_pbrt_color_value(p, "opacity", 1.0);
+    add_lobe(&sum, DIFFUSE, ca_pbrt_reflectance_value(p, "Kd", 0.25), black);
+    add_lobe(&sum, GLOSSY, ca_pbrt_reflectance_value(p, "Ks", 0.25), black);
+    add_lobe(&sum, SPECULAR, ca_pbrt_reflectance_value(p, "Kr", 0.0), kt);
     sum.roughness = read_roughness(p, 0.1);
     put_lobes(p, id, &sum, ca_pbrt_is(&kt, 0.0), &opacity);
 }
@@ -224,7 +226,7 @@ static ca_pbrt_value times(ca_pbrt *p, const ca_pbrt_value *color, const ca_pbrt
 static void read_translucent(ca_pbrt *p, const char *id)
 {
     lobes sum = {.index = 1.5};
-    const ca_pbrt_value kd = ca_pbrt_color_value(p, "Kd", 0.25), ks = ca_pbrt_color_value(p, "Ks", 0.25);
+    const ca_pbrt_value kd = ca_pbrt_reflectance_value(p, "Kd", 0.25), ks = ca_pbrt_reflectance_value(p, "Ks", 0.25);
     const ca_pbrt_value reflect = ca_pbrt_color_value(p, "reflect", 0.5);
     const ca_pbrt_value transmit = ca_pbrt_color_value(p, "transmit", 0.5);
     add_lobe(&sum, DIFFUSE, times(p, &kd, &reflect), black);
@@ -249,7 +251,7 @@ static void read_diffuse_transmission(ca_pbrt *p, const char *id)
 /* Ks is what is reflected of light that falls straight on the coat. */
 static void read_substrate(ca_pbrt *p, const char *id)
 {
-    const ca_pbrt_value kd = ca_pbrt_color_value(p, "Kd", 0.5), ks = ca_pbrt_color_value(p, "Ks", 0.5);
+    const ca_pbrt_value kd = ca_pbrt_reflectance_value(p, "Kd", 0.5), ks = ca_pbrt_reflectance_value(p, "Ks", 0.5);
     const ca_pbrt_roughness roughness = read_roughness(p, 0.1);
     if (ks.id) ca_pbrt_fail(&p->params, "Ks", "must be a constant colour");
     ca_import_note(p->importer, &p->params.where,
@@ -271,7 +273,7 @@ static void read_disney(ca_pbrt *p, const char *id)
     static const char *const to[] = {"roughness", "anisotropic", "metallic",   "spec_trans", "sheen",
                                      "clearcoat", "spec_tint",   "sheen_tint", "flatness",   "clearcoat_gloss"};
     static const double fallbacks[] = {0.5, 0, 0, 0, 0, 0, 0, 0.5, 0, 1};
-    const ca_pbrt_value color = ca_pbrt_color_value(p, "color", 0.5);
+    const ca_pbrt_value color = ca_pbrt_reflectance_value(p, "color", 0.5);
     const ca_pbrt_value depth = ca_pbrt_color_value(p, "scatterdistance", 0.0);
     const ca_pbrt_value trans = ca_pbrt_number_value(p, "spectrans", 0.0);
     const double index = read_index(p);
@@ -282,7 +284,8 @@ static void read_disney(ca_pbrt *p, const char *id)
     const bool transmits = !ca_pbrt_is(&trans, 0.0);
     ca_xml_node *bsdf = ca_pbrt_begin_bsdf(p, id, "principled", !transmits, NULL);
     ca_pbrt_put_color(p, bsdf, "base_color", &color);
-    ca_tree_float(&p->tree, bsdf, "eta", index);
+    /* What transmits needs a boundary: facets count an index of 1 as 1.001. */
+    ca_tree_float(&p->tree, bsdf, "eta", transmits && !ca_pbrt_is_boundary(index) ? 1.001 : index);
     for (size_t i = 0; i < CA_COUNT(from); i++) {
         const ca_pbrt_value value = ca_pbrt_number_value(p, from[i], fallbacks[i]);
         if (!ca_pbrt_is(&value, 0.0)) ca_pbrt_put_number(p, bsdf, to[i], &value);

@@ -226,12 +226,6 @@ static const named_sampler samplers[] = {
     {"maxmindist", "sobol", true},
 };
 
-static void add_sampler(ca_pbrt *p, const char *type, int64_t samples)
-{
-    p->sampler = ca_tree_object(&p->tree, NULL, "sampler", type);
-    ca_tree_integer(&p->tree, p->sampler, "sample_count", samples);
-}
-
 void ca_pbrt_read_sampler(ca_pbrt *p, const char *type)
 {
     static const char *const without_effect[] = {"jitter", "dimensions", "randomization", "samplepixelcenter"};
@@ -252,7 +246,8 @@ void ca_pbrt_read_sampler(ca_pbrt *p, const char *type)
     if (samplers[kind].differs)
         ca_import_note(p->importer, &p->params.where, "sampler \"%s\" is read as \"%s\"", samplers[kind].name,
                        samplers[kind].ours);
-    add_sampler(p, samplers[kind].ours, samples);
+    p->sampler = ca_tree_object(&p->tree, NULL, "sampler", samplers[kind].ours);
+    p->samples = samples;
     const int64_t seed = ca_pbrt_integer_in(&p->params, "seed", 0, 0, INT32_MAX);
     if (seed > 0) ca_tree_integer(&p->tree, p->sampler, "seed", seed);
     ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
@@ -285,10 +280,11 @@ static void put_sppm(ca_pbrt *p)
     const int64_t photons = ca_pbrt_integer_in(&p->params, "photonsperiteration", -1, -1, INT32_MAX);
     const double radius = ca_pbrt_number_in(&p->params, "radius", 1.0, 1e-12, 1e12);
     const char *passes = ca_pbrt_find(&p->params, "numiterations") ? "numiterations" : "iterations";
+    /* Version 4 itself makes as many as the sampler has samples. */
     const int64_t iterations = ca_pbrt_integer_in(&p->params, passes, 64, 1, INT32_MAX);
+    p->iterations = p->version == 3 || ca_pbrt_find(&p->params, passes) ? iterations : 0;
     if (photons > 0) ca_tree_integer(&p->tree, p->integrator, "light_paths", photons);
     ca_tree_float(&p->tree, p->integrator, "radius", radius);
-    add_sampler(p, "halton", iterations);
 }
 
 /* pbrt counts bounces: a path of maxdepth of them has one segment more. */
@@ -325,6 +321,7 @@ void ca_pbrt_read_integrator(ca_pbrt *p, const char *type)
         if (strcmp(names[i], type) != 0) continue;
         const named_integrator *kind = &integrators[i];
         put_integrator(p, kind);
+        p->iterations = 0;
         if (strcmp(type, "sppm") == 0) put_sppm(p);
         if (ca_pbrt_boolean(&p->params, "regularize", false))
             ca_import_note(p->importer, &p->params.where,
@@ -433,6 +430,14 @@ static void put_sensor(ca_pbrt *p)
     ca_tree_float(&p->tree, p->sensor, "far_clip", 1e10);
 }
 
+/* The sampler of the file or of its version. Iterations of photons are samples, whichever directive stands first. */
+static void put_sampler(ca_pbrt *p)
+{
+    const char *type = p->version == 3 || p->iterations > 0 ? "halton" : "zsobol";
+    if (!p->sampler) p->sampler = ca_tree_object(&p->tree, NULL, "sampler", type);
+    ca_tree_integer(&p->tree, p->sampler, "sample_count", p->iterations > 0 ? p->iterations : p->samples);
+}
+
 /* What the file leaves out has the default of its version. */
 static void put_defaults(ca_pbrt *p)
 {
@@ -443,7 +448,7 @@ static void put_defaults(ca_pbrt *p)
     }
     if (!p->filter && p->version == 3) p->filter = ca_tree_object(&p->tree, NULL, "rfilter", "box");
     if (!p->filter) p->filter = ca_tree_object(&p->tree, NULL, "rfilter", "gaussian");
-    if (!p->sampler) add_sampler(p, p->version == 3 ? "halton" : "zsobol", 16);
+    put_sampler(p);
     if (!p->integrator) {
         p->integrator = ca_tree_object(&p->tree, NULL, "integrator", "path");
         ca_tree_integer(&p->tree, p->integrator, "max_depth", 6);

@@ -740,6 +740,7 @@ static void read_scene(ca_pbrt *p, const char *text, size_t size)
     p->film_width = p->version == 3 ? 640 : 1280;
     p->film_height = p->version == 3 ? 480 : 720;
     p->film_diagonal = 35.0;
+    p->samples = 16;
     ca_tree_begin(&p->tree, p->importer);
     read_text(p, p->importer->document.path, text, size);
     ca_pbrt_end_curves(p);

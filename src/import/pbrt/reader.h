@@ -101,6 +101,8 @@ typedef struct ca_pbrt {
     ca_matrix camera_to_world;
     double exposure; /* factor of all light, by the film's sensitivity */
     ca_xml_node *sensor, *film, *sampler, *integrator, *filter;
+    int64_t samples;    /* of the sampler, for each pixel */
+    int64_t iterations; /* of sppm, which become the samples; 0: it has none of its own */
     double screen[4]; /* the camera's window, x0 x1 y0 y1; with has_screen */
     bool has_screen;
     double camera_fov, lens_radius, focal_distance, frame_aspect; /* frame_aspect 0: the film's */
@@ -159,7 +161,9 @@ typedef struct ca_pbrt_value {
 } ca_pbrt_value;
 
 ca_pbrt_value ca_pbrt_color_value(ca_pbrt *p, const char *name, double fallback);
-/* Version 4's materials cut reflectances to at most 1, whatever the texture says. */
+/* The value, or a texture of its values, cut to [0, 1]. */
+ca_pbrt_value ca_pbrt_cut(ca_pbrt *p, const ca_pbrt_value *value);
+/* Cut, whatever the texture says. */
 ca_pbrt_value ca_pbrt_reflectance_value(ca_pbrt *p, const char *name, double fallback);
 ca_pbrt_value ca_pbrt_number_value(ca_pbrt *p, const char *name, double fallback);
 static inline bool ca_pbrt_is(const ca_pbrt_value *value, double number)

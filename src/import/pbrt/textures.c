@@ -56,13 +56,27 @@ static ca_xml_node *add_texture(ca_pbrt *p, const char *type, const char *id)
     return ca_tree_named_object(&p->tree, ca_tree_root(&p->tree), "texture", type, NULL, id ? id : "");
 }
 
+/* May it be over 1? */
+static bool is_bright(const ca_pbrt_value *value)
+{
+    return value->id ? value->is_bright : fmax(value->rgb[0], fmax(value->rgb[1], value->rgb[2])) > 1.0;
+}
+
+/* Textures of the tree are not negative. */
+ca_pbrt_value ca_pbrt_cut(ca_pbrt *p, const ca_pbrt_value *value)
+{
+    ca_pbrt_value cut = {.id = value->id};
+    for (int i = 0; i < 3; i++) cut.rgb[i] = fmin(fmax(value->rgb[i], 0.0), 1.0);
+    if (!value->id || !value->is_bright) return cut;
+    cut.id = ca_pbrt_new_id(p, "clamped", NULL);
+    ca_tree_ref(&p->tree, add_texture(p, "clamp", cut.id), NULL, value->id);
+    return cut;
+}
+
 ca_pbrt_value ca_pbrt_reflectance_value(ca_pbrt *p, const char *name, double fallback)
 {
     const ca_pbrt_value value = ca_pbrt_color_value(p, name, fallback);
-    if (!value.is_bright) return value;
-    const ca_pbrt_value cut = {.id = ca_pbrt_new_id(p, "clamped", NULL)};
-    ca_tree_ref(&p->tree, add_texture(p, "clamp", cut.id), NULL, value.id);
-    return cut;
+    return ca_pbrt_cut(p, &value);
 }
 
 void ca_pbrt_put_color(ca_pbrt *p, ca_xml_node *object, const char *name, const ca_pbrt_value *value)
@@ -211,7 +225,7 @@ static ca_pbrt_value put_mix(const texture_reading *r, const ca_pbrt_value *a, c
     put_value(r, node, "color0", a);
     put_value(r, node, "color1", b);
     ca_pbrt_put_number(r->p, node, "weight", weight);
-    return (ca_pbrt_value){.id = r->id, .is_bright = a->is_bright || b->is_bright};
+    return (ca_pbrt_value){.id = r->id, .is_bright = is_bright(a) || is_bright(b) || is_bright(weight)};
 }
 
 /* Of two textures that vary; `number`: the second is one. */
@@ -223,7 +237,7 @@ static ca_pbrt_value put_product(const texture_reading *r, const ca_pbrt_value *
     ca_xml_node *node = add_texture(r->p, "scale", r->id);
     ca_tree_ref(&r->p->tree, node, "scale", b->id);
     ca_tree_ref(&r->p->tree, node, NULL, a->id);
-    return (ca_pbrt_value){.id = r->id, .is_bright = a->is_bright || b->is_bright};
+    return (ca_pbrt_value){.id = r->id, .is_bright = is_bright(a) || is_bright(b)};
 }
 
 /* Version 3's, which may be over 1. */
@@ -258,7 +272,7 @@ static ca_pbrt_value read_mix(const texture_reading *r)
 {
     ca_pbrt *p = r->p;
     const ca_pbrt_value a = value_of(r, "tex1", 0.0), b = value_of(r, "tex2", 1.0);
-    const ca_pbrt_value amount = ca_pbrt_number_value(p, "amount", 0.5);
+    const ca_pbrt_value said = ca_pbrt_number_value(p, "amount", 0.5), amount = ca_pbrt_cut(p, &said);
     ca_pbrt_value result = {.rgb = {0.0}};
     const double t = amount.rgb[0];
     if (!amount.id && t == 0.0) return a;
@@ -297,7 +311,7 @@ static ca_pbrt_value read_checkerboard(const texture_reading *r)
     put_value(r, node, "color0", r->is_number ? &b : &a);
     put_value(r, node, "color1", r->is_number ? &a : &b);
     put_coordinates(p, node, true);
-    return (ca_pbrt_value){.id = put_mapping(p, r->id), .is_bright = a.is_bright || b.is_bright};
+    return (ca_pbrt_value){.id = put_mapping(p, r->id), .is_bright = is_bright(&a) || is_bright(&b)};
 }
 
 static const char *wrap_mode(ca_pbrt *p)
