@@ -687,12 +687,14 @@ static void bright_pictures(void **state)
         const char *note; /* NULL: none */
     } textures[] = {
         {ODD_BITMAP, "values up to 4 count as 1"},
-        {"<texture name=\"reflectance\" type=\"scale\"><float name=\"scale\" value=\"0.25\"/>" ODD_BITMAP "</texture>",
+        {"<texture name=\"reflectance\" type=\"scale\"><float name=\"scale\" value=\"0.25\"/>" ODD_BITMAP
+         "</texture>",
          NULL},
         {"<texture name=\"reflectance\" type=\"mix\"><float name=\"color0\" value=\"2\"/><float name=\"color1\" "
          "value=\"0.5\"/></texture>",
          "values up to 2 count as 1"},
-        {"<texture name=\"reflectance\" type=\"power\"><float name=\"exponent\" value=\"2\"/>" ODD_BITMAP "</texture>",
+        {"<texture name=\"reflectance\" type=\"power\"><float name=\"exponent\" value=\"2\"/>" ODD_BITMAP
+         "</texture>",
          "values up to 16 count as 1"},
     };
     write_odd_picture(4.0f);
