@@ -113,8 +113,8 @@ static ca_status fail_real(const ca_parameter_spec *spec, const ca_parameter *pa
     char limit[64] = "", least[64] = "";
     if (spec->maximum != 0.0) snprintf(limit, sizeof limit, " and at most %g", spec->maximum);
     if (spec->smallest != 0.0) snprintf(least, sizeof least, ", if not 0 at least %g", spec->smallest);
-    return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be a number of at least %g%s%s", spec->name,
-                   spec->minimum, limit, least);
+    return ca_fail(error, blame(&parameter->where), &parameter->where, "\"%s\" must be a number of at least %g%s%s",
+                   spec->name, spec->minimum, limit, least);
 }
 
 ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *parameter, ca_integrator_input *input,
