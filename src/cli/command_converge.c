@@ -133,8 +133,8 @@ static int print_help(void)
         "The same command again renders only what is missing: steps, integrators and repeats can be "
         "added later.\n"
         "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 finish the render at work if that takes less than a "
-        "second, and write the results of all complete steps, exit status 1; the same command goes on from there. A second SIGINT or SIGTERM ends at "
-        "once.\n"
+        "second, and write the results of all complete steps, exit status 1; the same command goes on from there. "
+        "A second SIGINT or SIGTERM ends at once.\n"
         "Example: caustica converge scene.xml -i \"path;ovcm:max_depth=8\" --spp 1:256 -r ref.exr -o results\n",
         stdout);
     return CA_EXIT_DONE;

@@ -194,8 +194,8 @@ static int print_help(void)
         "with the predictions' numbers, and with 1/16 to 16 times NF, among which numbers are recommended: one of "
         "camera paths for all "
         "pixels, for the mean or the relative variance.\n"
-        "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 finish the iteration (the second one at least) and write what "
-        "was measured; "
+        "SIGINT (Ctrl-C), SIGTERM, SIGHUP, SIGXCPU and SIGUSR2 finish the iteration (the second one at least) and "
+        "write what was measured; "
         "paths are then not "
         "timed (any longer), and no numbers recommended. A second SIGINT or SIGTERM ends at once.\n"
         "Example: caustica noise scene.xml --light-paths 30000 --camera-paths 10 --predict 300000,100\n",

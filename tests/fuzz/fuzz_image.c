@@ -1,5 +1,5 @@
-/* libFuzzer on the image readers. PNG, JPEG, EXR, HDR, PFM, PNM, BMP and WebP are told apart by their first bytes, all
- * else is tried as TGA. */
+/* libFuzzer on the image readers. PNG, JPEG, EXR, HDR, PFM, PNM, BMP and WebP are told apart by their first bytes,
+ * all else is tried as TGA. */
 #include "image/format.h"
 
 #include <stdlib.h>
