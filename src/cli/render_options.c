@@ -169,9 +169,8 @@ static const ca_option options[] = {
      .argument = "MiB",
      .kind = CA_OPTION_POSITIVE,
      AT(settings.memory_mib),
-     .help = "limit for film and paths; the image does not depend on it, but for blocks=filled; not counted: up "
-             "to 55 MB of vavcm's pilot and 130 MB of auto's (default: 2048 for the light paths of a pass, none for "
-             "the rest)"},
+     .help = "limit for film and paths; the image does not depend on it, but for blocks=filled; not counted: "
+             "pilots of vavcm (55 MB) and auto (130 MB) (default: 2048 for a pass's light paths, none for the rest)"},
     {.name = "dump-strategies",
      .argument = "DIR",
      .kind = CA_OPTION_TEXT,
@@ -242,8 +241,7 @@ int ca_render_options_help(void)
     ca_options_print_prose(
         "--radius, --alpha, --light-paths, --camera-paths and --max-depth set parameters of the integrator; "
         "they win over the scene and must not contradict -i NAME:param=value.\n"
-        "-i auto tries methods on a small picture and takes the most efficient one that loses no light; parameters "
-        "that are not set are that method's own. The choice "
+        "-i auto tries methods on a small picture and takes the most efficient one that loses no light. The choice "
         "depends on measured times; --rays FILE.exr makes that of a picture again.\n"
         "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. The "
         "law of noise needs independent random numbers and one radius: the scene's sampler and alpha are not used; "
