@@ -24,7 +24,9 @@ static bool read_digits(const char **text, uint64_t limit, uint64_t *value)
 /* The text is no whole number of at least `minimum`, or one above `limit`. */
 static ca_status fail_whole(const char *text, int minimum, uint64_t limit, ca_error *error)
 {
-    if (ca_value_is_digits(text) && !read_digits(&(const char *){text}, limit, &(uint64_t){0}))
+    const char *rest = text;
+    uint64_t number;
+    if (ca_value_is_digits(text) && !read_digits(&rest, limit, &number))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is too large: the largest is %" PRIu64, text,
                        limit);
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a whole number of at least %d", text, minimum);
