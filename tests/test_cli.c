@@ -234,8 +234,7 @@ static void test_wrong_usage(void **state)
     for (size_t i = 0; i < sizeof usage_cases / sizeof usage_cases[0]; i++) {
         ca_program_result r;
         ca_program_run(*state, usage_cases[i].words, &r);
-        assert_exit(&r, 2);
-        assert_says(r.errors, usage_cases[i].says);
+        assert_wrong_usage(&r, usage_cases[i].says);
         assert_says(r.errors, "--help");
         assert_string_equal(r.output, "");
         assert_false(exists(folder_of(state), "ball.exr"));
@@ -259,8 +258,7 @@ static void test_wrong_numbers_in_the_environment(void **state)
         assert_int_equal(setenv(cases[i][0], cases[i][1], 1), 0);
         RUN(&r, "version");
         assert_int_equal(unsetenv(cases[i][0]), 0);
-        assert_exit(&r, 2);
-        assert_says(r.errors, says);
+        assert_wrong_usage(&r, says);
         assert_string_equal(r.output, "");
     }
 }

@@ -693,6 +693,9 @@ static void bright_pictures(void **state)
         {"<texture name=\"reflectance\" type=\"mix\"><float name=\"color0\" value=\"2\"/><float name=\"color1\" "
          "value=\"0.5\"/></texture>",
          "values up to 2 count as 1"},
+        {"<texture name=\"reflectance\" type=\"mix\"><float name=\"color0\" value=\"0.2\"/><float name=\"color1\" "
+         "value=\"0.5\"/><float name=\"weight\" value=\"3\"/></texture>",
+         "values up to 1.5 count as 1"},
         {"<texture name=\"reflectance\" type=\"power\"><float name=\"exponent\" value=\"2\"/>" ODD_BITMAP
          "</texture>",
          "values up to 16 count as 1"},

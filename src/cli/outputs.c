@@ -185,12 +185,8 @@ ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint3
                              ca_error *error)
 {
     enum { LINES = 16, BUFFERS = 4, MOST_LAYERS = 48, PLANES = 3, SMALL_THINGS = 2 << 20 };
-    bool has_exr = false, has_png = false;
-    for (size_t i = 0; i < files->count; i++) {
-        const char *extension = ca_path_extension(files->paths[i]);
-        has_exr = has_exr || strcasecmp(extension, ".exr") == 0;
-        has_png = has_png || strcasecmp(extension, ".png") == 0;
-    }
+    const bool has_exr = has_extension(files->paths, files->count, ".exr");
+    const bool has_png = has_extension(files->paths, files->count, ".png");
     size_t bytes = SMALL_THINGS;
     if (has_exr) bytes += (size_t)LINES * BUFFERS * MOST_LAYERS * sizeof(float) * width;
     if (has_png && files->look.tone != CA_TONE_SRGB) bytes += (size_t)PLANES * sizeof(float) * width * height;

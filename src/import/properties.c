@@ -257,39 +257,12 @@ static uint32_t picture_of(const ca_scene_desc *desc, ca_texture_id id)
     }
 }
 
-static double largest_of_picture(const ca_image *image)
-{
-    float largest = 0.0f;
-    const size_t count = (size_t)image->width * image->height * image->channels;
-    for (size_t i = 0; i < count; i++) largest = fmaxf(largest, image->data[i]);
-    return (double)largest;
-}
-
-/* No value of the texture is larger. */
-static double bound_of(const ca_scene_desc *desc, ca_texture_id id)
-{
-    const ca_texture *t = &desc->textures.items[id];
-    switch (t->kind) {
-    case CA_TEXTURE_CONSTANT: return (double)ca_rgb_max(t->as.constant);
-    case CA_TEXTURE_BITMAP: return largest_of_picture(&desc->images.items[t->as.bitmap.image_index]);
-    case CA_TEXTURE_CHECKERBOARD:
-        return fmax(bound_of(desc, t->as.checkerboard.color0), bound_of(desc, t->as.checkerboard.color1));
-    case CA_TEXTURE_SCALE:
-        return (double)ca_rgb_max(t->as.scale.factor) * bound_of(desc, t->as.scale.child) *
-               (t->as.scale.varies ? bound_of(desc, t->as.scale.by) : 1.0);
-    case CA_TEXTURE_MIX: return fmax(bound_of(desc, t->as.mix.color0), bound_of(desc, t->as.mix.color1));
-    case CA_TEXTURE_POWER: return pow(bound_of(desc, t->as.power.child), (double)t->as.power.exponent);
-    case CA_TEXTURE_MAPPED: return bound_of(desc, t->as.mapped.child);
-    default: return 1.0; /* attributes of meshes and cosines, as far as is known, and what is cut off */
-    }
-}
-
 /* Numbers of pictures, and what is made of them, may lie above 1 where a share of light is asked for: they count
  * as 1. */
 static ca_texture_id cut_above_one(ca_importer *importer, ca_texture_id id, const ca_location *where)
 {
     ca_scene_desc *desc = importer->desc;
-    const double most = bound_of(desc, id);
+    const double most = (double)ca_texture_bound(desc->textures.items, desc->images.items, id);
     if (!(most > 1.0)) return id;
     const ca_texture_id cut = ca_scene_desc_add_constant(desc, ca_rgb_grey(1.0f)); /* its transform is the identity */
     if (cut == CA_NONE) {

@@ -26,9 +26,6 @@
     }
 #define GUIDE_PARAMETER {"guide", CA_SPEC_BOOLEAN, .number = 0}
 #define HEURISTIC_PARAMETER {"heuristic", CA_SPEC_CHOICE, .choices = "balance|power", .number = 0}
-/* Where noise falls as n^-(1-alpha)/2 and bias as n^-alpha they meet (docs/decisions/019). Sequences have another
- * one: qmcppm.c. */
-#define RANDOM_ALPHA (1.0 / 3.0)
 #define RADIUS_PARAMETERS(default_alpha)                                                                             \
     CA_RADIUS_SPEC,                                                                                                  \
         {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = (default_alpha)},                              \
@@ -105,8 +102,9 @@ static ca_status create_bdpm(const ca_integrator_input *input, void **state, ca_
     return ca_bidirectional_create(&ca_integrator_bdpm, &photon_rules, input, state, error);
 }
 
-static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS, RADIUS_PARAMETERS(RANDOM_ALPHA),
-                                                   GUIDE_PARAMETER, END_OF_PARAMETERS};
+static const ca_parameter_spec ppm_parameters[] = {PATH_PARAMETERS, COUNT_PARAMETERS,
+                                                   RADIUS_PARAMETERS(CA_RANDOM_ALPHA), GUIDE_PARAMETER,
+                                                   END_OF_PARAMETERS};
 const ca_integrator_type ca_integrator_ppm = {
     .name = "ppm",
     .parameters = ppm_parameters,
@@ -122,7 +120,7 @@ static const ca_parameter_spec bdpm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
     COUNT_PARAMETERS,
-    RADIUS_PARAMETERS(RANDOM_ALPHA),
+    RADIUS_PARAMETERS(CA_RANDOM_ALPHA),
     {"camera_diffuse_depth", CA_SPEC_INTEGER, .minimum = 0, .number = 1},
     {"merges", CA_SPEC_CHOICE, .choices = "all|last", .number = 0},
     GUIDE_PARAMETER,
@@ -193,20 +191,20 @@ static const ca_parameter_spec vcm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
     COUNT_PARAMETERS,
-    RADIUS_PARAMETERS(RANDOM_ALPHA),
+    RADIUS_PARAMETERS(CA_RANDOM_ALPHA),
     GUIDE_PARAMETER,
     {"merge_sums", CA_SPEC_BOOLEAN, .number = 0},
     END_OF_PARAMETERS};
 /* Of cavcm and vavcm. */
 static const ca_parameter_spec aware_parameters[] = {PATH_PARAMETERS, HEURISTIC_PARAMETER, COUNT_PARAMETERS,
-                                                     RADIUS_PARAMETERS(RANDOM_ALPHA), GUIDE_PARAMETER,
+                                                     RADIUS_PARAMETERS(CA_RANDOM_ALPHA), GUIDE_PARAMETER,
                                                      END_OF_PARAMETERS};
 /* densities: as `author` of path/reuse.h. */
 static const ca_parameter_spec density_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
     COUNT_PARAMETERS,
-    RADIUS_PARAMETERS(RANDOM_ALPHA),
+    RADIUS_PARAMETERS(CA_RANDOM_ALPHA),
     GUIDE_PARAMETER,
     {"densities", CA_SPEC_CHOICE, .choices = "vertex|author", .number = 0},
     END_OF_PARAMETERS};
@@ -216,7 +214,7 @@ static const ca_parameter_spec ovcm_parameters[] = {
     PATH_PARAMETERS,
     HEURISTIC_PARAMETER,
     COUNT_PARAMETERS,
-    RADIUS_PARAMETERS(RANDOM_ALPHA),
+    RADIUS_PARAMETERS(CA_RANDOM_ALPHA),
     {"epsilon", CA_SPEC_REAL, .minimum = 1e-6, .number = 0.01},
     {"c", CA_SPEC_REAL, .minimum = 0, .number = 0.5},
     {"footprint", CA_SPEC_CHOICE, .choices = "plain|projected", .number = 0},

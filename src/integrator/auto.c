@@ -18,7 +18,7 @@ static const ca_parameter_spec parameters[] = {
     {"light_paths", CA_SPEC_INTEGER, .minimum = 0, .number = 0},
     {"camera_paths", CA_SPEC_INTEGER, .minimum = 1, .number = 1},
     CA_RADIUS_SPEC,
-    {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = 1.0 / 3.0},
+    {"alpha", CA_SPEC_REAL, .minimum = 0, .maximum = 1, .number = CA_RANDOM_ALPHA},
     {"guide", CA_SPEC_BOOLEAN, .number = 1},
     {.name = NULL},
 };

@@ -61,6 +61,10 @@ typedef struct ca_parameter_spec {
         "radius", CA_SPEC_REAL, .minimum = 0, .smallest = 1e-15, .maximum = 1e15, .number = 0                        \
     }
 
+/* The default of alpha. Where noise falls as n^-(1-alpha)/2 and bias as n^-alpha they meet (docs/decisions/019).
+ * Sequences have another one: qmcppm.c. */
+#define CA_RANDOM_ALPHA (1.0 / 3.0)
+
 enum { CA_MAX_PARAMETERS = 24 };
 
 /* What the light paths of a pass take at most where no memory is given, of which a chunk is always held; more come in

@@ -301,10 +301,11 @@ static ca_vec2 mapped_gradient(const ca_texture *table, const ca_texture *textur
 /* ---- Bounds ---------------------------------------------------------------------------------------------------- */
 
 /* The largest size lies at the least weight, 0 or more, or at the largest. */
-static float mix_max(const ca_texture *table, const ca_texture *texture)
+static float mix_max(const ca_texture *table, const ca_image *images, const ca_texture *texture)
 {
-    const float a = ca_texture_max(table, texture->as.mix.color0), b = ca_texture_max(table, texture->as.mix.color1);
-    const float weight = ca_texture_max(table, texture->as.mix.weight);
+    const float a = ca_texture_bound(table, images, texture->as.mix.color0);
+    const float b = ca_texture_bound(table, images, texture->as.mix.color1);
+    const float weight = ca_texture_bound(table, images, texture->as.mix.weight);
     return fmaxf(a, fmaxf(1.0f - weight, 0.0f) * a + weight * b);
 }
 
@@ -418,26 +419,29 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
 
 static float largest_size(ca_rgb value) { return fmaxf(fabsf(value.r), fmaxf(fabsf(value.g), fabsf(value.b))); }
 
-float ca_texture_max(const ca_texture *table, ca_texture_id id)
+float ca_texture_bound(const ca_texture *table, const ca_image *images, ca_texture_id id)
 {
     const ca_texture *texture = &table[id];
     switch (texture->kind) {
     case CA_TEXTURE_CONSTANT: return largest_size(texture->as.constant);
-    case CA_TEXTURE_BITMAP: return bitmap_max(texture->as.bitmap.image);
+    case CA_TEXTURE_BITMAP:
+        return bitmap_max(images ? &images[texture->as.bitmap.image_index] : texture->as.bitmap.image);
     case CA_TEXTURE_CHECKERBOARD:
-        return fmaxf(ca_texture_max(table, texture->as.checkerboard.color0),
-                     ca_texture_max(table, texture->as.checkerboard.color1));
+        return fmaxf(ca_texture_bound(table, images, texture->as.checkerboard.color0),
+                     ca_texture_bound(table, images, texture->as.checkerboard.color1));
     case CA_TEXTURE_SCALE: /* an upper bound where the factor is no grey */
-        return largest_size(texture->as.scale.factor) * ca_texture_max(table, texture->as.scale.child) *
-               (texture->as.scale.varies ? ca_texture_max(table, texture->as.scale.by) : 1.0f);
-    case CA_TEXTURE_MIX: return mix_max(table, texture);
+        return largest_size(texture->as.scale.factor) * ca_texture_bound(table, images, texture->as.scale.child) *
+               (texture->as.scale.varies ? ca_texture_bound(table, images, texture->as.scale.by) : 1.0f);
+    case CA_TEXTURE_MIX: return mix_max(table, images, texture);
     case CA_TEXTURE_POWER:
-        return powf(ca_texture_max(table, texture->as.power.child), texture->as.power.exponent);
-    case CA_TEXTURE_CLAMP: return fminf(ca_texture_max(table, texture->as.clamp.child), 1.0f);
-    case CA_TEXTURE_MAPPED: return ca_texture_max(table, texture->as.mapped.child);
+        return powf(ca_texture_bound(table, images, texture->as.power.child), texture->as.power.exponent);
+    case CA_TEXTURE_CLAMP: return fminf(ca_texture_bound(table, images, texture->as.clamp.child), 1.0f);
+    case CA_TEXTURE_MAPPED: return ca_texture_bound(table, images, texture->as.mapped.child);
     case CA_TEXTURE_FACING:
     case CA_TEXTURE_MESH_ATTRIBUTE:
     case CA_TEXTURE_KIND_COUNT: break;
     }
     return 1.0f;
 }
+
+float ca_texture_max(const ca_texture *table, ca_texture_id id) { return ca_texture_bound(table, NULL, id); }

@@ -129,5 +129,7 @@ ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_
  * pixels. */
 ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id);
 float ca_texture_max(const ca_texture *table, ca_texture_id id);
+/* The same of textures that do not know their pictures yet: `images` of the scene; NULL: they do. */
+float ca_texture_bound(const ca_texture *table, const ca_image *images, ca_texture_id id);
 
 #endif

@@ -260,11 +260,13 @@ ca_status ca_light_pilot_run(ca_light_pilot *pilot, const ca_render_plan *plan, 
                                   .merges_in_vain = pilot->merges_in_vain + pilot->counters.merges};
         pilot_run r = {.pilot = pilot, .counts = question->counts, .effort = effort};
         const ca_status status = run(&r, plan, radii, error);
-        if (status == CA_OK && r.crowded && radii < SMALLEST) continue;
-        if (status == CA_OK && r.crowded) end_early(pilot);
-        if (status == CA_OK) return CA_OK;
-        ca_light_pilot_destroy(pilot);
-        return status;
+        if (status != CA_OK) {
+            ca_light_pilot_destroy(pilot);
+            return status;
+        }
+        if (r.crowded && radii < SMALLEST) continue;
+        if (r.crowded) end_early(pilot);
+        return CA_OK;
     }
 }
 

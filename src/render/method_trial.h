@@ -45,7 +45,7 @@ typedef struct ca_method_trial {
 /* N_F in a pass of the render. */
 double ca_method_light_paths(const ca_method *method, const ca_render_plan *plan);
 
-/* Of each merge radius the methods that share it. */
+/* Methods that share a default merge radius. */
 typedef enum ca_merging { CA_MERGING_PPM, CA_MERGING_BDPM, CA_MERGING_AND_CONNECTING, CA_MERGINGS } ca_merging;
 
 /* Default merge radii of the render with the usual number of light paths (ca_integrator_resolve), and how merges blur

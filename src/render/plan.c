@@ -19,7 +19,7 @@ static uint32_t scale_edge(uint32_t edge, uint32_t from, uint32_t to)
     return (uint32_t)(((uint64_t)edge * to + from / 2) / from);
 }
 
-/* An edge of the scene's crop in a film of another size: at least one pixel is left. */
+/* The edges of the scene's crop in a film of another size: at least one pixel is left. */
 static void scale_crop(uint32_t first, uint32_t count, uint32_t from, uint32_t to, uint32_t *low, uint32_t *high)
 {
     *low = ca_min_u32(scale_edge(first, from, to), to - 1);

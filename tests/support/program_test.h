@@ -71,6 +71,13 @@ static inline void assert_exit(const ca_program_result *result, int expected)
                  result->output, result->errors);
 }
 
+/* The words of the command line are refused, and the message says so. */
+static inline void assert_wrong_usage(const ca_program_result *result, const char *words)
+{
+    assert_exit(result, 2);
+    assert_says(result->errors, words);
+}
+
 static inline ca_image_layers *read_image(void **state, const char *name)
 {
     char path[256];
