@@ -166,27 +166,40 @@ static void test_configure(void **state)
     ca_scene_release(scene);
 }
 
-/* The usual radii are those that the methods have by themselves. */
+/* Of a small picture. */
+static ca_render_settings small_settings(const char *integrator)
+{
+    ca_render_settings settings = auto_settings(integrator, 4);
+    settings.width = settings.height = 64;
+    return settings;
+}
+
+/* The usual radii are those that the methods have by themselves. In a long render their pilots have more photons. */
 static void test_radii(void **state)
 {
     (void)state;
-    ca_scene *scene = bundled_scene("glass-slab/glass-slab");
-    const ca_render_settings settings = auto_settings("auto:max_depth=8", 4);
+    ca_scene *scene = bundled_scene("cornell-box/cornell-box");
+    ca_render_settings settings = small_settings("auto:max_depth=8");
     static const char *const methods[CA_MERGINGS] = {
         [CA_MERGING_PPM] = "ppm:max_depth=8",
         [CA_MERGING_BDPM] = "bdpm:max_depth=8",
         [CA_MERGING_AND_CONNECTING] = "vavcm:max_depth=8",
     };
     ca_render_plan plan, own;
-    ca_method_radius found[CA_MERGINGS];
+    ca_method_radius found[CA_MERGINGS], longer;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
     for (int m = 0; m < CA_MERGINGS; m++) {
-        const ca_render_settings named = auto_settings(methods[m], 4);
+        const ca_render_settings named = small_settings(methods[m]);
         assert_int_equal(ca_method_find_radius(&plan, (ca_merging)m, &found[m], NULL), CA_OK);
         assert_int_equal(ca_render_plan_make(&own, scene, &named, NULL), CA_OK);
         assert_true(ca_integrator_value(own.type, &own.input, "radius", 0.0) == found[m].radius);
     }
-    assert_true(found[CA_MERGING_PPM].radius != found[CA_MERGING_BDPM].radius);
+    assert_true(found[CA_MERGING_PPM].blur.factor != found[CA_MERGING_BDPM].blur.factor);
+    settings.samples_per_pixel = 0;
+    settings.seconds = 1000.0;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_find_radius(&plan, CA_MERGING_PPM, &longer, NULL), CA_OK);
+    assert_true(longer.blur.factor != found[CA_MERGING_PPM].blur.factor);
     ca_scene_release(scene);
 }
 

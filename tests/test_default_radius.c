@@ -130,6 +130,26 @@ static void test_unseen_blur(void **state)
     }
 }
 
+/* Blur that is told at large radii alone may fall in any way towards small ones: the radius is good for all of these,
+ * not the best for the likeliest. */
+static void test_unknown_power(void **state)
+{
+    (void)state;
+    ca_radius_curve curve = curve_of(1.0, 2.0);
+    for (uint32_t k = 0; k < curve.count; k++) curve.change_error[k] = (k < 6 ? 1e3 : 0.1) * curve.change[k];
+    curve.merging_alone = true;
+    const ca_radius_blur likeliest = ca_radius_blur_of(&curve);
+    const double radius = ca_radius_choose(&curve, 0.0, 1e6, 1e-4, 10.0);
+    double best = 0.0, least = (double)INFINITY;
+    for (double r = 1e-4; r < 10.0; r *= 1.01) {
+        const double error = error_of(likeliest.factor, likeliest.power, 0.0, 1e6, r);
+        if (error < least) best = r;
+        least = fmin(least, error);
+    }
+    print_message("power %g: best %g, chosen %g\n", likeliest.power, best, radius);
+    assert_true(radius < 0.85 * best && radius > 0.5 * best);
+}
+
 /* A few bright paths that one radius happens to find do not decide. */
 static void test_bright_paths(void **state)
 {
@@ -262,6 +282,22 @@ static ca_scene *bright_scene(double irradiance, bool mirror)
     return scene_from_text(xml);
 }
 
+/* The same floor, all that the camera sees of it lit evenly by a mirror above. */
+static ca_scene *mirrored_scene(void)
+{
+    return scene_from_text(
+        "<scene version='3.0.0'><integrator type='ppm'><integer name='max_depth' value='3'/></integrator>"
+        "<sensor type='perspective'><float name='fov' value='40'/>"
+        "<transform name='to_world'><lookat origin='0,2.5,0' target='0,0,0' up='0,0,1'/></transform>"
+        "<film type='hdrfilm'><integer name='width' value='48'/><integer name='height' value='48'/>"
+        "<rfilter type='box'/></film></sensor><emitter type='directional'><vector name='direction' value='1,0,0'/>"
+        "<rgb name='irradiance' value='1'/></emitter><shape type='rectangle'><transform name='to_world'>"
+        "<scale value='10'/><rotate x='1' angle='-90'/></transform><bsdf type='diffuse'>"
+        "<rgb name='reflectance' value='0.5'/></bsdf></shape><shape type='rectangle'><transform name='to_world'>"
+        "<scale value='10'/><lookat origin='0,12,0' target='-1,11,0' up='0,0,1'/></transform>"
+        "<bsdf type='conductor'><string name='material' value='Ag'/></bsdf></shape></scene>");
+}
+
 /* That a render with these settings begins with. */
 static double radius_of(const ca_scene *scene, const ca_render_settings *settings)
 {
@@ -309,6 +345,20 @@ static void test_dark_pixels(void **state)
         ca_scene_release(dim);
         ca_scene_release(bright);
     }
+}
+
+/* So does even light by a mirror as large as the floor: the noise of photons does not pass for blur where they tell a
+ * pixel's light, too. */
+static void test_even_light_by_a_mirror(void **state)
+{
+    (void)state;
+    const ca_render_settings settings = settings_of("ppm");
+    ca_scene *even = floor_scene(1.0, false), *mirrored = mirrored_scene();
+    const double straight = radius_of(even, &settings), radius = radius_of(mirrored, &settings);
+    print_message("even light: %g m, by a mirror: %g m\n", straight, radius);
+    assert_true(radius > 0.9 * straight);
+    ca_scene_release(even);
+    ca_scene_release(mirrored);
 }
 
 /* A wall under a small square lamp, in direct light alone. */
@@ -510,7 +560,9 @@ int main(void)
         cmocka_unit_test(test_families),      cmocka_unit_test(test_record),      cmocka_unit_test(test_no_dots),
         cmocka_unit_test(test_no_light),      cmocka_unit_test(test_most_photons),
         cmocka_unit_test(test_end_of_blur),   cmocka_unit_test(test_one_small_change),
+        cmocka_unit_test(test_even_light_by_a_mirror),
         cmocka_unit_test(test_dark_pixels),   cmocka_unit_test(test_few_photons),
+        cmocka_unit_test(test_unknown_power),
         cmocka_unit_test(test_unseen_blur),   cmocka_unit_test(test_bright_paths),
         cmocka_unit_test(test_quiet_next_event),
         cmocka_unit_test(test_mean_blur),

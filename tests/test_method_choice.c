@@ -54,19 +54,25 @@ static void test_noise(void **state)
     assert_true(fabs(ca_method_cost(&scores[3]) - 7.0) < 1e-9);
 }
 
-/* The variance after 64 passes, where the radius has its least error, which shrinks from there, or what the pilot
- * tells if that is more; between the two, and far less, where connections find light, too. */
+static double blur_of(const ca_integrator_type *type, double by_pilot, double passes, double merged_alone)
+{
+    const ca_method method = {.type = type};
+    const ca_blur_signs signs = {
+        .by_pilot = by_pilot, .variance = 6.4, .alpha = 0.5, .passes = passes, .merged_alone = merged_alone};
+    return ca_method_blur(&method, &signs);
+}
+
+/* Between half the variance after 64 passes, where the radius has its least error, which shrinks from there, and what
+ * the pilot tells; far less where connections find light, too, but for what they do not find. */
 static void test_blur(void **state)
 {
     (void)state;
-    const ca_method path = {.type = &ca_integrator_path}, vcm = {.type = &ca_integrator_vcm};
-    const ca_method ppm = {.type = &ca_integrator_ppm};
-    assert_true(ca_method_blur(&path, 0.5, 6.4, 0.5, 64.0) == 0.0);
-    assert_true(fabs(ca_method_blur(&ppm, 0.01, 6.4, 0.5, 64.0) - 0.1) < 1e-12);
-    assert_true(fabs(ca_method_blur(&ppm, 0.01, 6.4, 0.5, 256.0) - 0.05) < 1e-12);
-    assert_true(fabs(ca_method_blur(&ppm, 0.01, 6.4, 0.5, 16.0) - 0.2) < 1e-12);
-    assert_true(ca_method_blur(&ppm, 0.7, 6.4, 0.5, 64.0) == 0.7);
-    assert_true(fabs(ca_method_blur(&vcm, 0.7, 6.4, 0.5, 64.0) - sqrt(0.06 * 0.1 * 0.7)) < 1e-12);
+    assert_true(blur_of(&ca_integrator_path, 0.5, 64.0, 0.0) == 0.0);
+    assert_true(fabs(blur_of(&ca_integrator_ppm, 0.7, 64.0, 0.0) - sqrt(0.5 * 0.1 * 0.7)) < 1e-12);
+    assert_true(fabs(blur_of(&ca_integrator_ppm, 0.7, 1024.0, 0.0) - sqrt(0.5 * 0.025 * 0.7)) < 1e-12);
+    assert_true(fabs(blur_of(&ca_integrator_ppm, 0.7, 4.0, 1.0) - sqrt(0.5 * 0.4 * 0.7)) < 1e-12);
+    assert_true(fabs(blur_of(&ca_integrator_vcm, 0.7, 64.0, 0.0) - sqrt(0.06 * 0.1 * 0.7)) < 1e-12);
+    assert_true(fabs(blur_of(&ca_integrator_vcm, 0.7, 64.0, 1.0) - sqrt(0.5 * 0.1 * 0.7)) < 1e-12);
 }
 
 /* Merges that have weights blur no more than those that have none. */

@@ -204,11 +204,13 @@ double ca_integrator_value(const ca_integrator_type *type, const ca_integrator_i
 /* Sets the merge radius to the one that the integrator will use, where it has one and none is given: all who look at
  * the input then see the same number, and the picture's record tells it. A function of scene, settings and seed over
  * the whole film, never of the crop, of threads or of memory. Cost: a few thousand rays for radius_pixels; for the
- * default a pilot (radius_pilot.c), which takes about a tenth of a second. Errors: CA_ERROR_MEMORY. */
+ * default a pilot (radius_pilot.c), which takes some tenths of a second. Errors: CA_ERROR_MEMORY. */
 ca_status ca_integrator_resolve(const ca_integrator_type *type, ca_integrator_input *input, ca_error *error);
-/* The merge radius of least error, m, found by a pilot, and how merges blur (NULL: nobody asks): radius_pilot.c. */
-ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,
-                          ca_radius_blur *blur, ca_error *error);
+/* The merge radius of least error, m, found by a pilot, and how merges blur (NULL: nobody asks): radius_pilot.c.
+ * `effort`: light paths of a pass that the pilot has photons for; 0: those of the render's. A thousand of them take
+ * about a hundredth of a second. */
+ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, double effort,
+                          float *radius, ca_radius_blur *blur, ca_error *error);
 
 /* The guide of light paths that the integrator makes for itself where its parameter `guide` is set (guide_pilot.c);
  * *guide: owned by the caller; NULL: none is wanted, or there is nothing to guide. A function of scene, settings,

@@ -5,8 +5,8 @@
 
 #include <string.h>
 
-/* Photons that a query merges with at most, and where each has a weight to be computed. */
-enum { MOST_MERGES = 64, MOST_WEIGHED = 24 };
+/* Photons that a query looks at, and weights, at most: a weight takes the more time. */
+enum { MOST_MERGES = 1024, MOST_WEIGHED = 24 };
 
 /* A camera path of each pixel: the index-th, with photons of a set. */
 typedef struct pilot_round {
@@ -78,19 +78,28 @@ typedef struct direct_photons {
     float light, squares; /* sums, unweighted */
 } direct_photons;
 
-/* One photon; it stands for `scale` of them, as a density per light path. */
-static void add_photon(const ca_camera_walk *walk, const ca_light_record *photon, float scale, float density,
-                       ca_path_sums *sums, uint32_t k, direct_photons *direct)
+/* What the photons of a query change: what they bring, less four times that of those within half the radius, whose
+ * disk has a quarter of the area. */
+typedef struct query_change {
+    double all;              /* of all that are looked at, unweighted */
+    double some, some_light; /* of those that are weighted; and what these bring */
+    double weighted, weighted_light; /* times their weights */
+} query_change;
+
+/* With the mean weight for all, and what weights differ by from it for those whose weights are known, each of which
+ * stands for `stride` of them: where weights are alike, there is no noise but that of all photons. */
+static double change_of(const query_change *query, double stride)
 {
-    const ca_bidirectional *b = walk->b;
-    ca_bsdf_value value;
-    const float light = density * photon_light(walk, photon, &value);
-    if (!(light > 0.0f)) return;
-    const float weight = ca_merge_weight(walk, &b->store, photon, &value);
-    const ca_vec3 offset = ca_sub(photon->position, walk->walk.last.position);
-    const bool inner = 4.0f * ca_length2(offset) <= ca_sqr(b->radius);
-    const bool straight = b->rules.next_event && photon->index == 1 && is_first_query(walk);
-    sums->change[k] += scale * light * weight * (inner ? -3.0f : 1.0f); /* 1 - 4, as the area is a quarter */
+    if (!(query->some_light > 0.0)) return 0.0;
+    const double mean = query->weighted_light / query->some_light;
+    return mean * query->all + stride * (query->weighted - mean * query->some);
+}
+
+/* One photon that brings `light`, as a density per light path; it stands for `scale` of them. */
+static void add_weighted(const ca_camera_walk *walk, const ca_light_record *photon, float scale, float light,
+                         float weight, ca_path_sums *sums, uint32_t k, direct_photons *direct)
+{
+    const bool straight = walk->b->rules.next_event && photon->index == 1 && is_first_query(walk);
     sums->square[k] += scale * ca_sqr(light) * weight * (straight ? weight : 1.0f);
     if (!straight) return;
     sums->direct[k] += scale * light;
@@ -111,17 +120,38 @@ static void add_pairs(const direct_photons *direct, uint32_t looked, uint32_t co
     sums->pairs += pair * (ca_sqr(direct->light) - direct->squares);
 }
 
+static uint32_t stride_for(uint32_t count, uint32_t most) { return count / most + 1; }
+
+/* Looks at every `fine`-th photon, and weights every `coarse`-th of these. */
 static void gather(ca_radius_probe *p, uint32_t k, const ca_camera_walk *walk, ca_path_sums *sums)
 {
     const ca_photon_level *level = &p->levels[k];
-    const uint32_t count = find(p, level, walk->walk.last.position);
-    const uint32_t stride = count / (p->engine->weighs_merges ? MOST_WEIGHED : MOST_MERGES) + 1;
-    const float density = 1.0f / p->engine->rules.merge_area;
-    const float scale = (float)stride / (float)level->paths;
+    const ca_bidirectional *b = p->engine;
+    const uint32_t count = find(p, level, walk->walk.last.position), fine = stride_for(count, MOST_MERGES);
+    const uint32_t looked = (count + fine - 1) / fine;
+    const uint32_t coarse = b->weighs_merges ? stride_for(looked, MOST_WEIGHED) : 1;
+    const float density = 1.0f / b->rules.merge_area, scale = (float)(fine * coarse) / (float)level->paths;
     direct_photons direct = {0};
-    for (uint32_t i = 0; i < count; i += stride)
-        add_photon(walk, ca_light_record_at(&p->engine->store, p->found[i]), scale, density, sums, k, &direct);
-    if (k == CA_PILOT_PAIRS) add_pairs(&direct, (count + stride - 1) / stride, count, level->paths, sums);
+    query_change change = {0};
+    for (uint32_t i = 0; i < looked; i++) {
+        const ca_light_record *photon = ca_light_record_at(&b->store, p->found[i * fine]);
+        ca_bsdf_value value;
+        const float light = density * photon_light(walk, photon, &value);
+        if (!(light > 0.0f)) continue;
+        const ca_vec3 offset = ca_sub(photon->position, walk->walk.last.position);
+        const float changed = light * (4.0f * ca_length2(offset) <= ca_sqr(b->radius) ? -3.0f : 1.0f);
+        change.all += (double)changed;
+        if (i % coarse != 0) continue;
+        const float weight = ca_merge_weight(walk, &b->store, photon, &value);
+        change.some += (double)changed, change.some_light += (double)light;
+        change.weighted += (double)(weight * changed), change.weighted_light += (double)(weight * light);
+        add_weighted(walk, photon, scale, light, weight, sums, k, &direct);
+    }
+    sums->change[k] += (float)(change_of(&change, coarse) * fine / level->paths);
+    if (k == CA_PILOT_PAIRS) add_pairs(&direct, (looked + coarse - 1) / coarse, count, level->paths, sums);
+    if (k != CA_PILOT_BELOW) return;
+    p->merged += count;
+    p->merging_queries++;
 }
 
 static void gather_all(ca_camera_walk *const *walks, uint32_t count)
@@ -194,7 +224,7 @@ static void add_light(const pilot_batch *batch, uint32_t i, const ca_camera_walk
     ca_light_sums *sums = &batch->pilot->lights[batch->first + i];
     const float all = ca_luminance(walk->light[0]);
     const double shown = (double)(batch->shown[i] >= 0.0f ? batch->shown[i] : all);
-    sums->asked += all;
+    sums->asked += (double)all;
     sums->shown += shown;
     sums->shown_squares += shown * shown;
 }
@@ -237,19 +267,19 @@ void ca_radius_note_queries(ca_radius_probe *p)
 void ca_radius_merge_set(ca_radius_probe *p, uint32_t set)
 {
     static const ca_walk_hooks hooks = {.at_vertices = gather_all};
-    const uint32_t first = set * (p->merging + p->lighting);
+    const uint32_t first = set * p->merging;
     for (uint32_t i = 0; i < p->merging; i++)
         trace_camera_paths(p, (pilot_round){.set = set, .index = first + i, .hooks = &hooks});
 }
 
 /* Lights count where nothing but next event could have found them: seen by the camera, through mirrors and lenses at
  * most. Whatever the method does, paths go on. */
-void ca_radius_light_set(ca_radius_probe *p, uint32_t set)
+void ca_radius_light_pixels(ca_radius_probe *p)
 {
     static const ca_walk_hooks hooks = {.at_vertices = light_all, .shows_light = is_first_query};
-    const uint32_t first = set * (p->merging + p->lighting) + p->merging, limit = p->engine->rules.merge_limit;
+    const uint32_t first = 2 * p->merging, limit = p->engine->rules.merge_limit;
     p->engine->rules.merge_limit = UINT32_MAX;
     for (uint32_t i = 0; i < p->lighting; i++)
-        trace_camera_paths(p, (pilot_round){.set = set, .index = first + i, .hooks = &hooks, .lighting = true});
+        trace_camera_paths(p, (pilot_round){.index = first + i, .hooks = &hooks, .lighting = true});
     p->engine->rules.merge_limit = limit;
 }

@@ -2,24 +2,32 @@
 
 #include "base/memory.h"
 #include "base/stop.h"
+#include "photon/radius.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-    SIDE = 52,                 /* of the lattice of pixels */
-    MERGING = 3 * SIDE * SIDE, /* camera paths for either set; where merges have weights, which cost: */
-    MERGING_WEIGHED = SIDE * SIDE,
-    LIGHTING = 4 * SIDE * SIDE, /* likewise, that tell the light of pixels */
-    FEW_LIGHT_PATHS = 1024,     /* tell how many make so many photons as are wanted, in each set: */
-    PHOTONS = 49152,
-    MOST_LIGHT_PATHS = 1 << 17,
+    SIDE = 52,                  /* of the lattice of pixels */
+    MERGING = SIDE * SIDE,      /* camera paths for either set */
+    LIGHTING = 8 * SIDE * SIDE, /* likewise, that tell the light of pixels */
+    FEW_LIGHT_PATHS = 1024,     /* tell how many make so many photons as are wanted */
+    MOST_LIGHT_PATHS = 1 << 20,
     MAX_DEPTH = 64,
     LATEST_ROULETTE = 16,
     NEAREST = 12, /* photons within the middle level's radius */
-    FULL = 4,     /* levels up to this one have all photons */
+    FULL = 5,     /* levels up to this one have all photons */
 };
+
+/* A set has so many photons for each light path of a pass, but for so many of these only; and light paths, where few
+ * of them make photons. What the pilot tells is as true as it has photons: with a quarter of them half the radii are
+ * off. */
+#define PHOTONS_OF_LIGHT_PATH 3.0
+#define MOST_OF_LIGHT_PATH 8.0
+#define LEAST_PASS 0x1p14
+#define MOST_PASS 0x1p17
+#define MOST_EFFORT 0x1p18
 
 /* Set apart from the render's. */
 #define PILOT_SEED UINT64_C(0x726164697573)
@@ -28,9 +36,9 @@ enum {
 #define LEAST_OF_PIXEL 0.25f
 #define MOST_OF_SCENE 0.1f
 
-/* Photons of a pass that the median lit query merges with at most. With more of them merging takes most of the
- * time, and a time is better spent on more passes with a smaller radius: as many photons are merged, and less is
- * blurred. */
+/* Photons of a pass that the median lit query merges with at most, or the mean one of all; in the mean over the
+ * passes of a render, whose radii shrink. With more of them merging takes most of the time, and a time is better
+ * spent on more passes with a smaller radius: as many photons are merged, and less is blurred. */
 #define MOST_PHOTONS 48.0
 
 static ca_parallel alone(const ca_bidirectional *b) { return (ca_parallel){.workers = 1, .stop = b->input.stop}; }
@@ -77,7 +85,6 @@ static void collect_lens(const ca_bidirectional *b, ca_photon_level *level)
 /* step 0: photons of light that met Dirac events only. */
 static ca_status build_level(const ca_bidirectional *b, uint32_t step, ca_photon_level *level, ca_error *error)
 {
-    ca_free(level->photons);
     level->photons = ca_alloc(ca_max_u32((uint32_t)b->photons_now, 1), sizeof *level->photons);
     if (!level->photons) return ca_fail_memory(error, "the pilot of the merge radius");
     level->count = 0;
@@ -90,7 +97,10 @@ static ca_status build_level(const ca_bidirectional *b, uint32_t step, ca_photon
     const ca_photon_source source = {
         .user = level, .run_count = 1, .count = level->count, .read = read_photons};
     const ca_parallel parallel = alone(b);
-    return ca_photon_grid_build(level->grid, &source, &bounds, level->radius, &parallel, error);
+    const ca_status status = ca_photon_grid_build(level->grid, &source, &bounds, level->radius, &parallel, error);
+    ca_free(level->photons);
+    level->photons = NULL;
+    return status;
 }
 
 static int compare(const void *a, const void *b)
@@ -143,14 +153,15 @@ static ca_status trace_light_paths(ca_radius_probe *p, uint64_t number, ca_error
     return status;
 }
 
-/* Where few of a light's paths arrive anywhere, more are traced. */
-static ca_status choose_light_paths(ca_radius_probe *p, ca_error *error)
+/* As many as make the photons that are wanted, for so many light paths of a pass; where few arrive anywhere, more. */
+static ca_status choose_light_paths(ca_radius_probe *p, double of_pass, ca_error *error)
 {
     p->light_paths = FEW_LIGHT_PATHS;
     CA_TRY(trace_light_paths(p, CA_PILOT_NUMBER, error));
     const double photons = (double)p->engine->photons_now / FEW_LIGHT_PATHS;
-    const double wanted = PHOTONS / fmax(photons, 1.0 / FEW_LIGHT_PATHS);
-    p->light_paths = (uint32_t)fmin(fmax(wanted, FEW_LIGHT_PATHS), MOST_LIGHT_PATHS);
+    const double wanted = PHOTONS_OF_LIGHT_PATH * of_pass / fmax(photons, 1.0 / FEW_LIGHT_PATHS);
+    const double most = fmin(MOST_OF_LIGHT_PATH * of_pass, MOST_LIGHT_PATHS);
+    p->light_paths = (uint32_t)fmin(fmax(wanted, FEW_LIGHT_PATHS), most);
     return CA_OK;
 }
 
@@ -158,9 +169,14 @@ static ca_status build_levels(ca_radius_probe *p, ca_error *error)
 {
     for (uint32_t k = 0; k < p->level_count; k++)
         CA_TRY(build_level(p->engine, k > FULL ? 1u << 2 * (k - FULL) : 1, &p->levels[k], error));
-    for (uint32_t k = 0; k < CA_LENS_LEVELS; k++) {
+    return CA_OK;
+}
+
+static ca_status build_lens_levels(ca_radius_probe *p, ca_error *error)
+{
+    for (uint32_t k = 0; k < ca_min_u32(CA_LENS_LEVELS, p->level_count); k++) {
         p->lens[k].radius = p->levels[k].radius;
-        if (k < p->level_count) CA_TRY(build_level(p->engine, 0, &p->lens[k], error));
+        CA_TRY(build_level(p->engine, 0, &p->lens[k], error));
     }
     return CA_OK;
 }
@@ -178,10 +194,11 @@ static void set_levels(ca_radius_probe *p, float scale, float most)
 }
 
 /* *lit: is there a curve? */
-static ca_status measure(ca_radius_probe *p, float most, ca_radius_curve *curve, bool *lit, ca_error *error)
+static ca_status measure(ca_radius_probe *p, double of_pass, float most, ca_radius_curve *curve, bool *lit,
+                         ca_error *error)
 {
     *lit = false;
-    CA_TRY(choose_light_paths(p, error));
+    CA_TRY(choose_light_paths(p, of_pass, error));
     CA_TRY(trace_light_paths(p, 0, error));
     ca_radius_note_queries(p);
     CA_TRY(find_scale(p, most, error));
@@ -191,17 +208,21 @@ static ca_status measure(ca_radius_probe *p, float most, ca_radius_curve *curve,
         if (set > 0) CA_TRY(trace_light_paths(p, p->light_paths, error));
         CA_TRY(build_levels(p, error));
         ca_radius_merge_set(p, set);
-        ca_radius_light_set(p, set);
-        if (p->out_of_memory) return ca_fail_memory(error, "the pilot of the merge radius");
     }
+    CA_TRY(build_lens_levels(p, error));
+    ca_radius_light_pixels(p);
+    if (p->out_of_memory) return ca_fail_memory(error, "the pilot of the merge radius");
     *lit = ca_radius_make_curve(p, curve);
     return CA_OK;
 }
 
-/* The radius at which the median lit query merges with MOST_PHOTONS of so many light paths. */
-static double most_merged(const ca_radius_probe *p, double light_paths)
+/* The radius at which the median lit query, or the mean one, merges with MOST_PHOTONS of so many light paths. */
+static double most_merged(const ca_radius_probe *p, double light_paths, double alpha)
 {
-    return (double)p->scale * sqrt(MOST_PHOTONS / NEAREST * p->light_paths / light_paths);
+    const double most = MOST_PHOTONS / ca_progressive_mean_area(alpha, CA_RADIUS_PASSES);
+    const double mean = p->merging_queries > 0.0 ? p->merged / p->merging_queries : NEAREST;
+    const double photons = fmax(fmin(mean, NEAREST), 1.0);
+    return (double)p->scale * sqrt(most / photons * p->light_paths / light_paths);
 }
 
 static void destroy_level(ca_photon_level *level)
@@ -216,6 +237,7 @@ static void destroy_pilot(ca_radius_probe *p)
     for (uint32_t k = 0; k < CA_LENS_LEVELS; k++) destroy_level(&p->lens[k]);
     for (int i = 0; i < 2; i++) ca_free(p->sums[i]);
     ca_free(p->lights);
+    ca_free(p->relative);
     ca_free(p->queries);
     ca_free(p->found);
     if (p->engine) ca_bidirectional_destroy(p->engine);
@@ -275,17 +297,18 @@ static ca_status create_engine(ca_radius_probe *p, const ca_integrator_type *typ
 static ca_status create_arrays(ca_radius_probe *p, ca_error *error)
 {
     const uint32_t cells = p->columns * p->rows;
-    p->merging = (p->engine->weighs_merges ? MERGING_WEIGHED : MERGING) / cells;
+    p->merging = MERGING / cells;
     p->lighting = LIGHTING / cells;
     for (int i = 0; i < 2; i++) p->sums[i] = ca_alloc_zeroed(cells, sizeof *p->sums[i]);
     p->lights = ca_alloc_zeroed(cells, sizeof *p->lights);
+    p->relative = ca_alloc(cells, sizeof *p->relative);
     p->queries = ca_alloc(cells, sizeof *p->queries);
-    const bool all = p->sums[0] && p->sums[1] && p->lights && p->queries;
+    const bool all = p->sums[0] && p->sums[1] && p->lights && p->relative && p->queries;
     return all ? CA_OK : ca_fail_memory(error, "the pilot of the merge radius");
 }
 
-ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, float *radius,
-                          ca_radius_blur *blur, ca_error *error)
+ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_input *input, double effort,
+                          float *radius, ca_radius_blur *blur, ca_error *error)
 {
     const float pixel = ca_median_pixel_footprint(input), most = MOST_OF_SCENE * input->scene->radius;
     const double light_paths = ca_light_paths_of_pass(type, input);
@@ -300,14 +323,16 @@ ca_status ca_radius_pilot(const ca_integrator_type *type, const ca_integrator_in
     bool lit = false;
     ca_status status = create_engine(&pilot, type, input, &sampler, pixel, error);
     if (status == CA_OK) status = create_arrays(&pilot, error);
-    if (status == CA_OK) status = measure(&pilot, most, &curve, &lit, error);
+    const double of_pass = effort > 0.0 ? fmin(fmax(effort, LEAST_PASS), MOST_EFFORT)
+                                        : fmin(fmax(light_paths, LEAST_PASS), MOST_PASS);
+    if (status == CA_OK) status = measure(&pilot, of_pass, most, &curve, &lit, error);
     if (status == CA_OK) status = ca_stop_check(input->stop, error);
     destroy_pilot(&pilot);
     if (status != CA_OK || !lit) return status;
     if (blur) *blur = ca_radius_blur_of(&curve);
-    const double end = fmin((double)most, most_merged(&pilot, light_paths));
+    const double alpha = ca_integrator_value(type, input, "alpha", 0.0);
+    const double end = fmin((double)most, most_merged(&pilot, light_paths, alpha));
     const double least = fmin((double)(LEAST_OF_PIXEL * pixel), end);
-    *radius =
-        (float)ca_radius_choose(&curve, ca_integrator_value(type, input, "alpha", 0.0), light_paths, least, end);
+    *radius = (float)ca_radius_choose(&curve, alpha, light_paths, least, end);
     return CA_OK;
 }

@@ -17,7 +17,8 @@
  *
  * Both are told in parts of the pixel's own light, and most of the error lies in dark pixels beside bright ones. So
  * a pixel's light must not be blurred itself: other camera paths find it by next event, and photons stand only for
- * what came through mirrors and lenses alone, which next event cannot find.
+ * what came through mirrors and lenses alone, which next event cannot find. These are of one set: a pixel that has
+ * few of its photons by chance passes for dark, but the other set knows nothing of it, and noise still is no blur.
  *
  * Levels lie around the distance of the NEAREST-th photon at the median query that finds light. Photons of the larger
  * ones are thinned, so that all levels cost about the same. The error is relative as that of metrics/compare.h is.
@@ -42,7 +43,7 @@
 enum {
     CA_PILOT_BELOW = 2,                  /* levels below the middle one */
     CA_PILOT_PAIRS = CA_PILOT_BELOW,     /* level at which pairs of photons are looked for */
-    CA_LENS_LEVELS = CA_PILOT_BELOW + 1, /* at which photons are looked for that tell a pixel's light */
+    CA_LENS_LEVELS = CA_PILOT_BELOW + 2, /* at which photons are looked for that tell a pixel's light */
 };
 
 /* What the camera paths of a pixel find, by levels, as densities per light path. */
@@ -57,7 +58,7 @@ typedef struct ca_path_sums {
 
 /* What other camera paths tell of a pixel's light. */
 typedef struct ca_light_sums {
-    float asked;             /* lights that they see or ask */
+    double asked; /* lights that they see or ask */
     /* Sums, and of squares: what they find by asking at their first query, and that with lights that they see. */
     double direct, direct_squares, shown, shown_squares;
     float lens[CA_LENS_LEVELS]; /* photons of light that met Dirac events only, as densities */
@@ -81,23 +82,25 @@ typedef struct ca_radius_probe {
     uint32_t level_count;
     float scale; /* distance of the NEAREST-th photon at the median lit query; 0: there is no light */
     bool merging_alone;  /* finds light */
-    uint32_t merging, lighting; /* camera paths of a pixel for a set, that merge and that tell the pixel's light */
+    uint32_t merging, lighting; /* camera paths of a pixel: those that merge, for either set; that tell its light */
     ca_path_sums *sums[2];  /* owned; of pixels, for either set */
     ca_light_sums *lights;  /* owned; of pixels */
+    double *relative;       /* owned; what squares of a pixel's light count for */
     ca_vec3 *queries;    /* owned; where first paths look for photons first */
     uint32_t query_count;
+    double merged, merging_queries; /* photons that queries find at the middle level; how many queries */
     uint32_t *found;     /* owned; photons of a query */
     size_t found_capacity;
     bool out_of_memory;
 } ca_radius_probe;
 
-/* Traces the camera paths of a set: each notes where it looks for photons first; those that merge with the photons of
- * the levels; those that tell the light of pixels. Sets p->out_of_memory. */
+/* Traces camera paths: each notes where it looks for photons first; those of a set that merge with the photons of the
+ * levels; those that tell the light of pixels. Sets p->out_of_memory. */
 void ca_radius_note_queries(ca_radius_probe *p);
 void ca_radius_merge_set(ca_radius_probe *p, uint32_t set);
-void ca_radius_light_set(ca_radius_probe *p, uint32_t set);
+void ca_radius_light_pixels(ca_radius_probe *p);
 
 /* What both sets tell; false: there is no light. */
-bool ca_radius_make_curve(const ca_radius_probe *p, ca_radius_curve *curve);
+bool ca_radius_make_curve(ca_radius_probe *p, ca_radius_curve *curve);
 
 #endif

@@ -34,7 +34,7 @@ ca_status ca_first_radius(const ca_integrator_type *type, const ca_integrator_in
     const double pixels = ca_integrator_value(type, input, "radius_pixels", 0.0);
     *radius = (float)ca_integrator_value(type, input, "radius", 0.0);
     if (*radius > 0.0f) return CA_OK;
-    if (!(pixels > 0.0)) return ca_radius_pilot(type, input, radius, NULL, error);
+    if (!(pixels > 0.0)) return ca_radius_pilot(type, input, 0.0, radius, NULL, error);
     *radius = (float)pixels * ca_median_pixel_footprint(input);
     return CA_OK;
 }

@@ -15,11 +15,16 @@ enum { FALLS = 4 };
 #define LEAST_POWER 1.0
 #define MOST_POWER 4.0
 
-/* Where measurements are too noisy to tell, the power is about that of pictures with soft edges, and blur has no end:
- * what an end must make better in the sum of squared errors. Ends are looked for from this level on. */
+/* Where measurements are too noisy to tell, the power is about that of pictures with soft edges, give or take this
+ * much, and blur has no end: what an end must make better in the sum of squared errors. Ends are looked for from this
+ * level on. */
 #define LIKELY_POWER 2.0
-#define UNLIKELY_END 3.0
-enum { FIRST_END = 3 };
+#define POWER_ERROR 2.0
+#define UNLIKELY_END 1.0
+enum { FIRST_END = 3, FORMS = POWERS * (CA_RADIUS_LEVELS + 1 - FIRST_END) };
+
+/* Forms that are less likely are out of the question. */
+#define LEAST_LIKELIHOOD 0.01
 
 /* The curve is a model: measured differences that are nearly without noise are no closer to it than this part. */
 #define MODEL_ERROR 0.3
@@ -102,22 +107,44 @@ static double fit(const ca_radius_curve *curve, ca_radius_blur *blur)
     return misfit;
 }
 
+/* Forms that blur may have, and how likely each is by what was measured, over the likeliest. */
+typedef struct blur_forms {
+    ca_radius_blur of[FORMS];
+    double likelihood[FORMS];
+    uint32_t count;
+} blur_forms;
+
+/* How badly a form fits, and how unlikely it is before anything is measured. */
+static double fit_form(const ca_radius_curve *curve, double power, double end, ca_radius_blur *blur)
+{
+    const double doubt = (power - LIKELY_POWER) / POWER_ERROR;
+    *blur = (ca_radius_blur){.power = power, .end = end};
+    return fit(curve, blur) + doubt * doubt + (isfinite(end) ? UNLIKELY_END : 0.0);
+}
+
+static void find_forms(const ca_radius_curve *curve, blur_forms *forms)
+{
+    double misfit[FORMS], least = (double)INFINITY;
+    uint32_t n = 0;
+    for (uint32_t last = curve->count; last == curve->count || last >= FIRST_END; last--)
+        for (int i = 0; i < POWERS; i++, n++) {
+            const double power = MOST_POWER - (MOST_POWER - LEAST_POWER) * i / (POWERS - 1);
+            const double end = last < curve->count ? curve->radius[last] : (double)INFINITY;
+            misfit[n] = fit_form(curve, power, end, &forms->of[n]);
+            least = fmin(least, misfit[n]);
+        }
+    for (uint32_t i = 0; i < n; i++) forms->likelihood[i] = exp(-0.5 * (misfit[i] - least));
+    forms->count = n;
+}
+
 ca_radius_blur ca_radius_blur_of(const ca_radius_curve *curve)
 {
-    ca_radius_blur best = {.factor = 0.0, .power = MOST_POWER, .end = (double)INFINITY};
-    double least = (double)INFINITY;
-    for (uint32_t last = curve->count; last == curve->count || last >= FIRST_END; last--)
-        for (int i = 0; i < POWERS; i++) {
-            const bool ends = last < curve->count;
-            ca_radius_blur blur = {.power = MOST_POWER - (MOST_POWER - LEAST_POWER) * i / (POWERS - 1),
-                                   .end = ends ? curve->radius[last] : (double)INFINITY};
-            const double unlikely = blur.power - LIKELY_POWER;
-            const double misfit = fit(curve, &blur) + unlikely * unlikely + (ends ? UNLIKELY_END : 0.0);
-            if (!(misfit < least)) continue;
-            least = misfit;
-            best = blur;
-        }
-    return best;
+    blur_forms forms;
+    find_forms(curve, &forms);
+    uint32_t best = 0;
+    for (uint32_t i = 1; i < forms.count; i++)
+        if (forms.likelihood[i] > forms.likelihood[best]) best = i;
+    return forms.of[best];
 }
 
 static int compare(const void *a, const void *b)
@@ -196,19 +223,33 @@ static double error_at(const ca_radius_curve *curve, const ca_radius_blur *blur,
     return root * root + variance / CA_RADIUS_PASSES / (CA_RADIUS_PASSES * light_paths);
 }
 
+/* The error over all forms of blur, in the mean of logarithms: what counts is by how many times it is the least. */
+static double mean_error(const ca_radius_curve *curve, const blur_forms *forms, double alpha, double light_paths,
+                         double radius)
+{
+    double sum = 0.0, likelihoods = 0.0;
+    for (uint32_t i = 0; i < forms->count; i++) {
+        if (forms->likelihood[i] < LEAST_LIKELIHOOD) continue;
+        sum += forms->likelihood[i] * log(error_at(curve, &forms->of[i], alpha, light_paths, radius));
+        likelihoods += forms->likelihood[i];
+    }
+    return exp(sum / likelihoods);
+}
+
 double ca_radius_choose(const ca_radius_curve *measured, double alpha, double light_paths, double least, double most)
 {
-    const ca_radius_blur blur = ca_radius_blur_of(measured);
+    blur_forms forms;
+    find_forms(measured, &forms);
     ca_radius_curve curve = *measured;
     (curve.merging_alone ? take_law : take_envelope)(&curve);
     const int steps = (int)ceil(STEPS * log2(most / least));
+    const double tolerance = curve.merging_alone ? CA_RADIUS_TOLERANCE : CA_RADIUS_SHARED_TOLERANCE;
     double smallest = (double)INFINITY;
     for (int i = 0; i <= steps; i++)
-        smallest = fmin(smallest, error_at(&curve, &blur, alpha, light_paths, least * exp2((double)i / STEPS)));
-    const double tolerance = curve.merging_alone ? CA_RADIUS_TOLERANCE : CA_RADIUS_SHARED_TOLERANCE;
+        smallest = fmin(smallest, mean_error(&curve, &forms, alpha, light_paths, least * exp2((double)i / STEPS)));
     for (int i = 0; i < steps; i++) {
         const double radius = least * exp2((double)i / STEPS);
-        if (error_at(&curve, &blur, alpha, light_paths, radius) <= tolerance * smallest) return radius;
+        if (mean_error(&curve, &forms, alpha, light_paths, radius) <= tolerance * smallest) return radius;
     }
     return most;
 }

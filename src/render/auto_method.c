@@ -40,7 +40,8 @@ enum { GUIDE_ALONE, GUIDE_CONNECTIONS, GUIDE_ALL, GUIDES };
 
 typedef struct chooser {
     ca_render_plan *plan;
-    double start, seconds_allowed; /* by the clock; for all trials, once it is known what the render takes */
+    double start, trials_start; /* by the clock, s */
+    double seconds_allowed;     /* for all trials, once it is known what the render takes */
     ca_method_radii radii;
     ca_emission_guide *guides[GUIDES]; /* owned; NULL where there is nothing to guide */
     double passes; /* that the pilot is asked about */
@@ -58,6 +59,7 @@ typedef struct chooser {
 } chooser;
 
 static double seconds_so_far(const chooser *c) { return ca_clock_seconds() - c->start; }
+static double seconds_of_trials(const chooser *c) { return ca_clock_seconds() - c->trials_start; }
 
 /* ---- What the pilot tells -------------------------------------------------------------------------------------- */
 
@@ -288,7 +290,7 @@ static void run_trial(void *user, uint32_t index, uint32_t worker)
     const chooser *c = task->c;
     ca_method_trial *trial = &c->trials[index];
     while (c->goes_on[index] && trial->iterations < task->iterations && task->status[index] == CA_OK) {
-        if (trial->iterations >= FIRST_ITERATIONS && seconds_so_far(c) > c->seconds_allowed) return;
+        if (trial->iterations >= FIRST_ITERATIONS && seconds_of_trials(c) > c->seconds_allowed) return;
         task->status[index] = ca_method_trial_run(trial, &task->errors[index]);
     }
 }
@@ -378,8 +380,12 @@ static void set_blurs(chooser *c)
     if (ca_render_plan_is_set(plan, "radius")) return;
     for (uint32_t i = 0; i < c->count; i++) {
         ca_method_score *score = &c->scores[i];
-        const double variance = c->scores[usual_of(c, i)].common;
-        score->blur = ca_method_blur(&c->methods[i], score->blur, variance, c->trials[i].alpha, score->passes);
+        const ca_blur_signs signs = {.by_pilot = score->blur,
+                                     .variance = c->scores[usual_of(c, i)].common,
+                                     .alpha = c->trials[i].alpha,
+                                     .passes = score->passes,
+                                     .merged_alone = c->lost};
+        score->blur = ca_method_blur(&c->methods[i], &signs);
     }
 }
 
@@ -424,7 +430,7 @@ static ca_status run_rounds(chooser *c, ca_error *error)
         if (c->ended) break;
         CA_TRY(score(c, error));
         c->seconds_allowed = seconds_for_choice(c);
-        if (seconds_so_far(c) > c->seconds_allowed) break;
+        if (seconds_of_trials(c) > c->seconds_allowed) break;
         CA_TRY(add_neighbours(c, &added, error));
         if (added > 0) continue;
         if (still_going(c) == 1) break;
@@ -511,6 +517,7 @@ ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error) { ret
 static ca_status choose(chooser *c, ca_error *error)
 {
     CA_TRY(run_pilots(c, error));
+    c->trials_start = ca_clock_seconds();
     CA_TRY(add_first(c, error));
     CA_TRY(run_rounds(c, error));
     c->plan->ended = c->ended;

@@ -3,17 +3,17 @@
  * The light pilot (light_pilot.h) tells which methods lose light; those are out. The others are tried on a small
  * picture (method_trial.h), a few iterations first, and those that may be the best go on with twice as many; where
  * numbers of light paths are free, four times as many and a quarter are tried, too (method_choice.h). What a trial is
- * too short to see, the pilot tells of (method_light.h). It takes about CA_METHOD_SHARE of the render's time, but
- * no less than the first round of trials takes.
+ * too short to see, the pilot tells of (method_light.h). Trials take about CA_METHOD_SHARE of the render's time, but
+ * no less than the first round of them takes; pilots before them about as much.
  *
  * The choice reads the clock. The render that follows does not depend on it otherwise: it has the bits of one with
- * the chosen method named, and its picture says which that is (attribute caustica.integrator). */
+ * the chosen method and its radius named, and its picture says which these are (attribute caustica.integrator). */
 #ifndef CA_RENDER_AUTO_METHOD_H
 #define CA_RENDER_AUTO_METHOD_H
 
 #include "render/render.h"
 
-#define CA_METHOD_SHARE 0.04
+#define CA_METHOD_SHARE 0.03
 
 static inline bool ca_render_plan_chooses(const ca_render_plan *plan)
 {

@@ -12,10 +12,11 @@ enum { LEAST_LOG4 = -2 };
 /* Of the noise of rare values so much is not seen: half of what is, by the noise of renders. */
 #define UNMET_RARE 0.5
 
-/* The square of the blur over the variance. At a radius of least error it is half of it, by renders a tenth to four
- * times that: who merges all light must expect more than the middle. Where connections find light, too, merges weigh
- * little where they blur, and the radius is the least that will do (CA_RADIUS_SHARED_TOLERANCE). */
-#define BLUR_OF_VARIANCE 1.0
+/* The mean square of blur over the variance. At a radius of least error it is half of it, by renders a tenth of it to
+ * all of it. Where connections find light, too, merges weigh little where they blur, and the radius is the least that
+ * will do (CA_RADIUS_SHARED_TOLERANCE): by renders a hundredth to a tenth, and the more the more light merges alone
+ * find. */
+#define BLUR_OF_VARIANCE 0.5
 #define SHARED_BLUR_OF_VARIANCE 0.06
 
 /* Below any noise that matters: of two methods without noise the faster one is better. */
@@ -48,13 +49,13 @@ double ca_method_noise(const ca_method_score *score)
     return noise + UNMET_RARE * fmax(0.0, noise - score->common);
 }
 
-double ca_method_blur(const ca_method *method, double by_pilot, double variance, double alpha, double passes)
+double ca_method_blur(const ca_method *method, const ca_blur_signs *signs)
 {
-    const double shrunk = pow(passes / CA_RADIUS_PASSES, -alpha); /* it grows as r^2 */
-    const double of_variance = variance / CA_RADIUS_PASSES * shrunk;
+    const double alone = method->type->rules->connect ? signs->merged_alone : 1.0;
+    const double share = SHARED_BLUR_OF_VARIANCE * pow(BLUR_OF_VARIANCE / SHARED_BLUR_OF_VARIANCE, alone);
+    const double shrunk = pow(signs->passes / CA_RADIUS_PASSES, -signs->alpha); /* it grows as r^2 */
     if (!ca_method_merges(method)) return 0.0;
-    if (method->type->rules->connect) return sqrt(SHARED_BLUR_OF_VARIANCE * of_variance * by_pilot);
-    return fmax(BLUR_OF_VARIANCE * of_variance, by_pilot);
+    return sqrt(share * signs->variance / CA_RADIUS_PASSES * shrunk * signs->by_pilot);
 }
 
 static bool is_alike(const ca_method *a, const ca_method *b)

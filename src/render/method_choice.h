@@ -44,13 +44,19 @@ bool ca_method_merges(const ca_method *method);
  * the rarest. */
 double ca_method_noise(const ca_method_score *score);
 
-/* The square of what merges blur in a render of so many passes, whose radii shrink by `alpha`, where the first one
- * was chosen for the least error (photon/radius_choice.h): in proportion to the `variance` for which it was chosen,
- * of an iteration with the usual number of light paths and common values, after CA_RADIUS_PASSES of these. Where all
- * light is merged it may be much more, at edges and in corners: the larger of that and what the radius' pilot tells,
- * `by_pilot`. Where connections find light, too, it is far less: both are guesses, and their geometric mean is
- * closer to what renders have than either. */
-double ca_method_blur(const ca_method *method, double by_pilot, double variance, double alpha, double passes);
+/* What tells of the blur of a render. */
+typedef struct ca_blur_signs {
+    double by_pilot; /* what the radius' pilot says of these passes */
+    double variance; /* of an iteration with the usual number of light paths and common values */
+    double alpha, passes;
+    double merged_alone; /* the share of the light that merges alone find */
+} ca_blur_signs;
+
+/* The mean square of what merges blur where the first radius was chosen for the least error
+ * (photon/radius_choice.h), relative to a pixel's light: by that choice it is in proportion to the variance after
+ * CA_RADIUS_PASSES passes, and far less of it where connections find light, too. That and what the pilot says are
+ * guesses: their geometric mean is closer to what renders have than either. */
+double ca_method_blur(const ca_method *method, const ca_blur_signs *signs);
 
 /* Fewer light paths leave no less noise: sets `least` of each score to the most that is known of the same method with
  * as many or more. A trial of few light paths may not have met what is rare. */

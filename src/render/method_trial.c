@@ -24,6 +24,10 @@ enum { GROUP = 256, MET = 8 };
 #define USUAL_RENDER_SECONDS 25.0
 #define CAMERA_PATHS_PER_SECOND 4e5
 
+/* Of the pilot of the radius, for each second of a processor that the render is expected to take: three such pilots
+ * take a thirtieth of it. */
+#define EFFORT_OF_SECOND 1000.0
+
 /* Of an iteration, s, by a clock that may be coarse. */
 #define SHORTEST 1e-9
 
@@ -109,7 +113,8 @@ ca_status ca_method_find_radius(const ca_render_plan *plan, ca_merging merging, 
     ca_integrator_input input;
     float radius;
     CA_TRY(ca_method_configure(&method, plan, NULL, &input, error));
-    CA_TRY(ca_radius_pilot(method.type, &input, &radius, &found->blur, error));
+    const double effort = EFFORT_OF_SECOND * ca_method_expected_seconds(plan);
+    CA_TRY(ca_radius_pilot(method.type, &input, effort, &radius, &found->blur, error));
     const double given = ca_integrator_value(method.type, &input, "radius", 0.0);
     const bool by_pixels = ca_integrator_value(method.type, &input, "radius_pixels", 0.0) > 0.0;
     if (given == 0.0 && !by_pixels)
