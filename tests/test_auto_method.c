@@ -174,7 +174,8 @@ static ca_render_settings small_settings(const char *integrator)
     return settings;
 }
 
-/* The usual radii are those that the methods have by themselves. In a long render their pilots have more photons. */
+/* The usual radii are those that the methods have by themselves; merges blur less where they have weights. In a long
+ * render the pilots have more photons. */
 static void test_radii(void **state)
 {
     (void)state;
@@ -195,6 +196,11 @@ static void test_radii(void **state)
         assert_true(ca_integrator_value(own.type, &own.input, "radius", 0.0) == found[m].radius);
     }
     assert_true(found[CA_MERGING_PPM].blur.factor != found[CA_MERGING_BDPM].blur.factor);
+    const double radius = found[CA_MERGING_BDPM].radius;
+    const double alone = ca_radius_blur_at(&found[CA_MERGING_BDPM].blur, radius);
+    const double shared = ca_radius_blur_at(&found[CA_MERGING_AND_CONNECTING].blur, radius);
+    print_message("photons alone blur %g, with connections %g\n", alone, shared);
+    assert_true(shared < 0.7 * alone);
     settings.samples_per_pixel = 0;
     settings.seconds = 1000.0;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);

@@ -134,7 +134,7 @@ static void gather(ca_radius_probe *p, uint32_t k, const ca_camera_walk *walk, c
     direct_photons direct = {0};
     query_change change = {0};
     for (uint32_t i = 0; i < looked; i++) {
-        const ca_light_record *photon = ca_light_record_at(&b->store, p->found[i * fine]);
+        const ca_light_record *photon = ca_light_record_at(&b->store, p->found[(size_t)i * fine]);
         ca_bsdf_value value;
         const float light = density * photon_light(walk, photon, &value);
         if (!(light > 0.0f)) continue;
