@@ -210,27 +210,32 @@ static double variance_at(const ca_radius_curve *curve, double radius)
     return low * pow(radius / curve->radius[k], slope);
 }
 
-static double error_at(const ca_radius_curve *curve, const ca_radius_blur *blur, double alpha, double light_paths,
-                       double radius)
+/* The root of the square of blur, in the mean over the passes. */
+static double mean_root_of_blur(const ca_radius_blur *blur, double alpha, double radius)
 {
-    double root = 0.0, variance = 0.0;
-    for (int i = 1; i <= CA_RADIUS_PASSES; i++) {
-        const double r = radius * pow(i, -0.5 * alpha);
-        root += sqrt(ca_radius_blur_at(blur, r));
-        variance += variance_at(curve, r);
-    }
-    root /= CA_RADIUS_PASSES;
-    return root * root + variance / CA_RADIUS_PASSES / (CA_RADIUS_PASSES * light_paths);
+    double sum = 0.0;
+    for (int i = 1; i <= CA_RADIUS_PASSES; i++) sum += sqrt(ca_radius_blur_at(blur, radius * pow(i, -0.5 * alpha)));
+    return sum / CA_RADIUS_PASSES;
+}
+
+/* Of the mean of the passes. */
+static double variance_of_passes(const ca_radius_curve *curve, double alpha, double light_paths, double radius)
+{
+    double sum = 0.0;
+    for (int i = 1; i <= CA_RADIUS_PASSES; i++) sum += variance_at(curve, radius * pow(i, -0.5 * alpha));
+    return sum / CA_RADIUS_PASSES / (CA_RADIUS_PASSES * light_paths);
 }
 
 /* The error over all forms of blur, in the mean of logarithms: what counts is by how many times it is the least. */
 static double mean_error(const ca_radius_curve *curve, const blur_forms *forms, double alpha, double light_paths,
                          double radius)
 {
+    const double variance = variance_of_passes(curve, alpha, light_paths, radius);
     double sum = 0.0, likelihoods = 0.0;
     for (uint32_t i = 0; i < forms->count; i++) {
         if (forms->likelihood[i] < LEAST_LIKELIHOOD) continue;
-        sum += forms->likelihood[i] * log(error_at(curve, &forms->of[i], alpha, light_paths, radius));
+        const double root = mean_root_of_blur(&forms->of[i], alpha, radius);
+        sum += forms->likelihood[i] * log(root * root + variance);
         likelihoods += forms->likelihood[i];
     }
     return exp(sum / likelihoods);
