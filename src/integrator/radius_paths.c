@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* Photons that a query looks at, and weights, at most: a weight takes the more time. */
-enum { MOST_MERGES = 1024, MOST_WEIGHED = 24 };
+enum { MOST_MERGES = 320, MOST_WEIGHED = 8 };
 
 /* A camera path of each pixel: the index-th, with photons of a set. */
 typedef struct pilot_round {
@@ -128,13 +128,13 @@ static void gather(ca_radius_probe *p, uint32_t k, const ca_camera_walk *walk, c
     const ca_photon_level *level = &p->levels[k];
     const ca_bidirectional *b = p->engine;
     const uint32_t count = find(p, level, walk->walk.last.position), fine = stride_for(count, MOST_MERGES);
-    const uint32_t looked = (count + fine - 1) / fine;
+    const uint32_t first = walk->path->index % fine, looked = (count - first + fine - 1) / fine;
     const uint32_t coarse = b->weighs_merges ? stride_for(looked, MOST_WEIGHED) : 1;
     const float density = 1.0f / b->rules.merge_area, scale = (float)(fine * coarse) / (float)level->paths;
     direct_photons direct = {0};
     query_change change = {0};
     for (uint32_t i = 0; i < looked; i++) {
-        const ca_light_record *photon = ca_light_record_at(&b->store, p->found[(size_t)i * fine]);
+        const ca_light_record *photon = ca_light_record_at(&b->store, p->found[first + (size_t)i * fine]);
         ca_bsdf_value value;
         const float light = density * photon_light(walk, photon, &value);
         if (!(light > 0.0f)) continue;

@@ -10,7 +10,7 @@
 
 enum {
     SIDE = 52,                  /* of the lattice of pixels */
-    MERGING = SIDE * SIDE,      /* camera paths for either set */
+    MERGING = 3 * SIDE * SIDE,  /* camera paths for either set */
     LIGHTING = 8 * SIDE * SIDE, /* likewise, that tell the light of pixels */
     FEW_LIGHT_PATHS = 1024,     /* tell how many make so many photons as are wanted */
     MOST_LIGHT_PATHS = 1 << 20,
