@@ -55,6 +55,10 @@ static void test_refuses(void **state)
     assert_exit(&r, 1);
     assert_says(r.errors, ".: cannot write: this is not a regular file");
     assert_string_equal(r.output, "");
+    RUN(&r, "compare", "a.exr", "--reference", "a.exr", "--stats=-");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "-: files are not written to standard output");
+    assert_string_equal(r.output, "");
 }
 
 int main(void)

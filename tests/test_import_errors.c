@@ -43,6 +43,8 @@ static void wrong_names(void **state)
          "2:24: \"Cu_palick\" is not a known conductor; the nearest is \"Cu_palik\""},
         {SCENE("<bsdf type=\"dielectric\">\n<string name=\"int_ior\" value=\"watter\"/></bsdf>"),
          "3:1: \"watter\" is not a known int_ior; the nearest is \"water\""},
+        {SCENE("<bsdf type=\"dielectric\">\n<string name=\"int_ior\" value=\"1.5\"/></bsdf>"),
+         "3:1: parameter \"int_ior\" of dielectric must be a <float>, not <string>"},
         {SCENE("<bsdf type=\"roughconductor\"><string name=\"distribution\" value=\"gxx\"/></bsdf>"),
          "2:29: \"gxx\" is not a known distribution; the nearest is \"ggx\""},
         {"<scene version=\"3.0.0\">\n <sensor type=\"perspektive\"/></scene>",

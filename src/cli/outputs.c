@@ -31,6 +31,9 @@ static void say_leftover(const char *path, void *user)
 ca_status ca_output_check_place(const char *path, ca_error *error)
 {
     struct stat info;
+    if (strcmp(path, "-") == 0)
+        return ca_fail(error, CA_ERROR_FILE, NULL,
+                       "-: files are not written to standard output; a file of this name is ./-");
     if (stat(path, &info) == 0 && !S_ISREG(info.st_mode))
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write: this is not a regular file", path);
     ca_file_writer writer;

@@ -27,10 +27,17 @@ static const named_index named_indices[] = {
     {"pet", 1.5750},      {"diamond", 2.419},
 };
 
+/* No number, which is refused as for any other parameter. */
+static bool is_name(const ca_xml_node *node)
+{
+    double number;
+    return strcmp(node->tag, "string") == 0 && !ca_parse_double(ca_xml_attribute_value(node, "value"), &number);
+}
+
 double ca_import_index_of_refraction(ca_props *props, const char *name, double fallback)
 {
     const ca_xml_node *node = ca_props_find(props, name);
-    if (!node || strcmp(node->tag, "string") != 0) return ca_props_number_in(props, name, fallback, 0.001, 1000.0);
+    if (!node || !is_name(node)) return ca_props_number_in(props, name, fallback, 0.001, 1000.0);
     const char *names[CA_COUNT(named_indices)];
     for (size_t i = 0; i < CA_COUNT(named_indices); i++) names[i] = named_indices[i].name;
     return named_indices[ca_props_choice(props, name, names, CA_COUNT(names), 0)].value;
