@@ -367,7 +367,7 @@ static ca_method_score score_of(const chooser *c, uint32_t i)
 
 static double common_of(const ca_method_score *score) { return score->common; }
 
-/* Of methods that connect or not, and merge or not, with the usual number of light paths; INFINITY: none is in trial. */
+/* Of methods that connect or not, and merge or not, with the usual number of light paths; INFINITY: of none. */
 static double least_of(const chooser *c, bool connects, bool merges, double (*of)(const ca_method_score *))
 {
     double least = (double)INFINITY;

@@ -12,9 +12,9 @@ enum { LEAST_LOG4 = -2 };
 /* Of the noise of rare values so much is not seen: half of what is, by the noise of renders. */
 #define UNMET_RARE 0.5
 
-/* The mean square of blur over the variance: by renders a twentieth of it to four times it. Where connections find light, too, merges weigh little where they blur, and the radius is the least that
- * will do (CA_RADIUS_SHARED_TOLERANCE): by renders a hundredth to a tenth, and the more the more light merges alone
- * find. */
+/* The mean square of blur over the variance: by renders a twentieth of it to four times it. Where connections find
+ * light, too, merges weigh little where they blur, and the radius is the least that will do
+ * (CA_RADIUS_SHARED_TOLERANCE): by renders a hundredth to a tenth, and the more the more light merges alone find. */
 #define BLUR_OF_VARIANCE 0.8
 #define SHARED_BLUR_OF_VARIANCE 0.06
 

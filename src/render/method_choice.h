@@ -46,7 +46,7 @@ double ca_method_noise(const ca_method_score *score);
 
 /* What tells of the blur of a render. */
 typedef struct ca_blur_signs {
-    double variance; /* of an iteration with the usual number of light paths and common values; least of those alike */
+    double variance; /* by common values, of an iteration with the usual light paths; the least of those alike */
     double alpha, passes;
     double merged_alone; /* the share of the light that merges alone find (ca_method_merged_alone) */
 } ca_blur_signs;

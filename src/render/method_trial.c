@@ -371,8 +371,8 @@ static ca_status run(ca_method_trial *trial, ca_error *error)
     return CA_OK;
 }
 
-/* Does noise depend on how many passes the render's time allows? Where connections find light, too, radii hardly count,
- * and an iteration takes long. */
+/* Does noise depend on how many passes the render's time allows? Where connections find light, too, radii hardly
+ * count, and an iteration takes long. */
 static bool depends_on_time(const ca_method_trial *trial)
 {
     const bool shrinks = trial->radius > 0.0 && trial->alpha > 0.0 && !trial->method.type->rules->connect;
