@@ -54,37 +54,25 @@ static void test_noise(void **state)
     assert_true(fabs(ca_method_cost(&scores[3]) - 7.0) < 1e-9);
 }
 
-static double blur_of(const ca_integrator_type *type, double passes, double merged_alone)
+static double blur_of(const ca_integrator_type *type, double by_pilot, double passes, double merged_alone)
 {
     const ca_method method = {.type = type};
-    const ca_blur_signs signs = {.variance = 6.4, .alpha = 0.5, .passes = passes, .merged_alone = merged_alone};
+    const ca_blur_signs signs = {
+        .by_pilot = by_pilot, .variance = 6.4, .alpha = 0.5, .passes = passes, .merged_alone = merged_alone};
     return ca_method_blur(&method, &signs);
 }
 
-/* A part of the variance after 64 passes, where the radius has its least error, which shrinks from there; far less
- * where connections find light, too, but for what they do not find. */
+/* Between half the variance after 64 passes, where the radius has its least error, which shrinks from there, and what
+ * the pilot tells; far less where connections find light, too, but for what they do not find. */
 static void test_blur(void **state)
 {
     (void)state;
-    assert_true(blur_of(&ca_integrator_path, 64.0, 0.0) == 0.0);
-    assert_true(fabs(blur_of(&ca_integrator_ppm, 64.0, 0.0) - 0.8 * 0.1) < 1e-12);
-    assert_true(fabs(blur_of(&ca_integrator_ppm, 1024.0, 0.0) - 0.8 * 0.025) < 1e-12);
-    assert_true(fabs(blur_of(&ca_integrator_ppm, 4.0, 1.0) - 0.8 * 0.4) < 1e-12);
-    assert_true(fabs(blur_of(&ca_integrator_vcm, 64.0, 0.0) - 0.06 * 0.1) < 1e-12);
-    assert_true(fabs(blur_of(&ca_integrator_vcm, 64.0, 1.0) - 0.8 * 0.1) < 1e-12);
-    const ca_method more = {.type = &ca_integrator_ppm, .light_paths_log4 = 2}; /* a pass counts as 16 */
-    const ca_blur_signs signs = {.variance = 6.4, .alpha = 0.5, .passes = 64.0};
-    assert_true(fabs(ca_method_blur(&more, &signs) - 0.8 * 0.025) < 1e-12);
-}
-
-/* Light that connections do not find, or so badly that merges have nearly all the weight. */
-static void test_merged_alone(void **state)
-{
-    (void)state;
-    assert_true(ca_method_merged_alone(0.4, 0.0, 0.0) == 0.4);
-    assert_true(ca_method_merged_alone(0.4, 1.0, 1.0) == 0.4);
-    assert_true(fabs(ca_method_merged_alone(0.4, 100.0, 1.0) - 0.5) < 1e-12);
-    assert_true(ca_method_merged_alone(0.0, 1e6, 1.0) > 0.99);
+    assert_true(blur_of(&ca_integrator_path, 0.5, 64.0, 0.0) == 0.0);
+    assert_true(fabs(blur_of(&ca_integrator_ppm, 0.7, 64.0, 0.0) - sqrt(0.5 * 0.1 * 0.7)) < 1e-12);
+    assert_true(fabs(blur_of(&ca_integrator_ppm, 0.7, 1024.0, 0.0) - sqrt(0.5 * 0.025 * 0.7)) < 1e-12);
+    assert_true(fabs(blur_of(&ca_integrator_ppm, 0.7, 4.0, 1.0) - sqrt(0.5 * 0.4 * 0.7)) < 1e-12);
+    assert_true(fabs(blur_of(&ca_integrator_vcm, 0.7, 64.0, 0.0) - sqrt(0.06 * 0.1 * 0.7)) < 1e-12);
+    assert_true(fabs(blur_of(&ca_integrator_vcm, 0.7, 64.0, 1.0) - sqrt(0.5 * 0.1 * 0.7)) < 1e-12);
 }
 
 /* Merges that have weights blur no more than those that have none. */
@@ -295,7 +283,6 @@ int main(void)
         cmocka_unit_test(test_cost),
         cmocka_unit_test(test_noise),
         cmocka_unit_test(test_blur),
-        cmocka_unit_test(test_merged_alone),
         cmocka_unit_test(test_blur_of_a_trial),
         cmocka_unit_test(test_goes_on),
         cmocka_unit_test(test_first_methods),

@@ -14,7 +14,5 @@ float ca_progressive_radius(float r0, float alpha, uint32_t pass);
 /* The mean of pass^-alpha over the first so many passes, by which the mean merge area is smaller than that of the
  * first; within a tenth. */
 double ca_progressive_mean_area(double alpha, double passes);
-/* Likewise of pass^alpha, by which the mean of one over the merge area, and with it variance, is larger. */
-double ca_progressive_mean_density(double alpha, double passes);
 
 #endif

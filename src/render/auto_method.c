@@ -365,41 +365,26 @@ static ca_method_score score_of(const chooser *c, uint32_t i)
                              .seconds = seconds};
 }
 
-static double common_of(const ca_method_score *score) { return score->common; }
-
-/* Of methods that connect or not, and merge or not, with the usual number of light paths; INFINITY: of none. */
-static double least_of(const chooser *c, bool connects, bool merges, double (*of)(const ca_method_score *))
+/* The same method with the usual number of light paths, which is among the first ones. */
+static uint32_t usual_of(const chooser *c, uint32_t i)
 {
-    double least = (double)INFINITY;
-    for (uint32_t i = 0; i < c->count; i++) {
-        const ca_method *m = &c->methods[i];
-        if (m->light_paths_log4 == 0 && m->type->rules->connect == connects && ca_method_merges(m) == merges)
-            least = fmin(least, of(&c->scores[i]));
-    }
-    return least;
+    for (uint32_t k = 0; k < c->count; k++)
+        if (c->methods[k].type == c->methods[i].type && c->methods[k].light_paths_log4 == 0) return k;
+    return i;
 }
 
-static double merged_alone(const chooser *c)
-{
-    const double connecting = least_of(c, true, false, ca_method_noise);
-    const double merging = least_of(c, true, true, ca_method_noise);
-    if (!isfinite(connecting) || !isfinite(merging)) return c->lost;
-    return ca_method_merged_alone(c->lost, connecting, merging);
-}
-
-/* Of a radius that was not chosen only the pilot knows. Others blur alike that merge alike: what one of them has more
- * of noise is not by merges, and does not speak for a larger radius. */
+/* Of a radius that was not chosen only the pilot knows. */
 static void set_blurs(chooser *c)
 {
-    if (ca_render_plan_is_set(c->plan, "radius")) return;
-    const double alone = merged_alone(c);
-    const double variance[] = {least_of(c, false, true, common_of), least_of(c, true, true, common_of)};
+    const ca_render_plan *plan = c->plan;
+    if (ca_render_plan_is_set(plan, "radius")) return;
     for (uint32_t i = 0; i < c->count; i++) {
         ca_method_score *score = &c->scores[i];
-        const ca_blur_signs signs = {.variance = variance[c->methods[i].type->rules->connect],
+        const ca_blur_signs signs = {.by_pilot = score->blur,
+                                     .variance = c->scores[usual_of(c, i)].common,
                                      .alpha = c->trials[i].alpha,
                                      .passes = score->passes,
-                                     .merged_alone = alone};
+                                     .merged_alone = c->lost};
         score->blur = ca_method_blur(&c->methods[i], &signs);
     }
 }

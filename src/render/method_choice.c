@@ -12,14 +12,12 @@ enum { LEAST_LOG4 = -2 };
 /* Of the noise of rare values so much is not seen: half of what is, by the noise of renders. */
 #define UNMET_RARE 0.5
 
-/* The mean square of blur over the variance: by renders a twentieth of it to four times it. Where connections find
- * light, too, merges weigh little where they blur, and the radius is the least that will do
- * (CA_RADIUS_SHARED_TOLERANCE): by renders a hundredth to a tenth, and the more the more light merges alone find. */
-#define BLUR_OF_VARIANCE 0.8
+/* The mean square of blur over the variance. At a radius of least error it is half of it, by renders a tenth of it to
+ * all of it. Where connections find light, too, merges weigh little where they blur, and the radius is the least that
+ * will do (CA_RADIUS_SHARED_TOLERANCE): by renders a hundredth to a tenth, and the more the more light merges alone
+ * find. */
+#define BLUR_OF_VARIANCE 0.5
 #define SHARED_BLUR_OF_VARIANCE 0.06
-
-/* The variance of connections over that with merges by which half the light counts as found by merges alone. */
-#define MUCH_VARIANCE 100.0
 
 /* Below any noise that matters: of two methods without noise the faster one is better. */
 #define NO_VARIANCE 1e-12
@@ -51,20 +49,13 @@ double ca_method_noise(const ca_method_score *score)
     return noise + UNMET_RARE * fmax(0.0, noise - score->common);
 }
 
-double ca_method_merged_alone(double lost, double variance_connecting, double variance_merging)
-{
-    if (!(variance_connecting > 0.0)) return lost;
-    return fmax(lost, variance_connecting / (variance_connecting + MUCH_VARIANCE * variance_merging));
-}
-
 double ca_method_blur(const ca_method *method, const ca_blur_signs *signs)
 {
     const double alone = method->type->rules->connect ? signs->merged_alone : 1.0;
     const double share = SHARED_BLUR_OF_VARIANCE * pow(BLUR_OF_VARIANCE / SHARED_BLUR_OF_VARIANCE, alone);
-    const double usual_passes = signs->passes * pow(4.0, method->light_paths_log4);
-    const double shrunk = pow(usual_passes / CA_RADIUS_PASSES, -signs->alpha); /* it grows as r^2 */
+    const double shrunk = pow(signs->passes / CA_RADIUS_PASSES, -signs->alpha); /* it grows as r^2 */
     if (!ca_method_merges(method)) return 0.0;
-    return share * signs->variance / CA_RADIUS_PASSES * shrunk;
+    return sqrt(share * signs->variance / CA_RADIUS_PASSES * shrunk * signs->by_pilot);
 }
 
 static bool is_alike(const ca_method *a, const ca_method *b)

@@ -46,18 +46,16 @@ double ca_method_noise(const ca_method_score *score);
 
 /* What tells of the blur of a render. */
 typedef struct ca_blur_signs {
-    double variance; /* by common values, of an iteration with the usual light paths; the least of those alike */
+    double by_pilot; /* what the radius' pilot says of these passes */
+    double variance; /* of an iteration with the usual number of light paths and common values */
     double alpha, passes;
-    double merged_alone; /* the share of the light that merges alone find (ca_method_merged_alone) */
+    double merged_alone; /* the share of the light that merges alone find */
 } ca_blur_signs;
-
-/* `lost`: of all light what connections will not find. What they find with a hundred times the variance is half found
- * by merges alone: these have nearly all the weight. */
-double ca_method_merged_alone(double lost, double variance_connecting, double variance_merging);
 
 /* The mean square of what merges blur where the first radius was chosen for the least error
  * (photon/radius_choice.h), relative to a pixel's light: by that choice it is in proportion to the variance after
- * CA_RADIUS_PASSES passes, and far less of it where connections find light, too. */
+ * CA_RADIUS_PASSES passes, and far less of it where connections find light, too. That and what the pilot says are
+ * guesses: their geometric mean is closer to what renders have than either. */
 double ca_method_blur(const ca_method *method, const ca_blur_signs *signs);
 
 /* Fewer light paths leave no less noise: sets `least` of each score to the most that is known of the same method with

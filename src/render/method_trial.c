@@ -65,9 +65,7 @@ static ca_status set_radius(const ca_method *method, const ca_render_plan *plan,
                             ca_integrator_input *chosen, ca_error *error)
 {
     if (!radii || !ca_method_merges(method) || ca_render_plan_is_set(plan, "radius")) return CA_OK;
-    const double alpha = ca_integrator_value(method->type, chosen, "alpha", 0.0);
-    const double usual = radii->of[merging_of(method->type)].radius;
-    const double radius = usual * pow(4.0, -0.5 * alpha * method->light_paths_log4);
+    const double radius = radii->of[merging_of(method->type)].radius;
     return ca_integrator_set_number(method->type, "radius", radius, chosen, error);
 }
 
@@ -200,14 +198,14 @@ static void set_picture(ca_render_settings *settings, const ca_render_plan *plan
     settings->crop[3] = scaled_edge(plan->crop[3], height, settings->height, true);
 }
 
-/* That whose variance is the mean over the render's passes where merges make all of it; 0: nothing is merged. */
-static double mean_radius(ca_method_trial *trial, const ca_integrator_input *render, double passes)
+/* The mean radius over the render's passes; 0: nothing is merged. */
+static double mean_radius(ca_method_trial *trial, const ca_render_plan *plan, const ca_integrator_input *render)
 {
     const ca_integrator_type *type = trial->method.type;
     if (!ca_method_merges(&trial->method)) return 0.0;
     trial->radius = ca_integrator_value(type, render, "radius", 0.0);
     trial->alpha = ca_integrator_value(type, render, "alpha", 0.0);
-    return trial->radius / sqrt(ca_progressive_mean_density(trial->alpha, passes));
+    return trial->radius * sqrt(ca_progressive_mean_area(trial->alpha, expected_passes(plan)));
 }
 
 /* Fewer light paths and a larger radius. The trial's plan is told the radius, too, or else it looks for one. */
@@ -224,9 +222,9 @@ static ca_status set_merges(ca_method_trial *trial, const ca_render_plan *plan, 
     return ca_integrator_set_number(type, "alpha", 0.0, render, error);
 }
 
-static ca_status make_plan(ca_method_trial *trial, double passes, ca_error *error)
+static ca_status make_plan(ca_method_trial *trial, const ca_render_plan *plan, const ca_method_radii *radii,
+                           ca_error *error)
 {
-    const ca_render_plan *plan = trial->whole;
     const ca_integrator_type *type = trial->method.type;
     ca_integrator_input render;
     trial->settings = (ca_render_settings){.integrator = type->name,
@@ -236,8 +234,8 @@ static ca_status make_plan(ca_method_trial *trial, double passes, ca_error *erro
                                            .threads = 1,
                                            .samples_per_pixel = 1,
                                            .stop = plan->input.stop};
-    CA_TRY(ca_method_configure(&trial->method, plan, trial->radii, &render, error));
-    const double radius = mean_radius(trial, &render, passes);
+    CA_TRY(ca_method_configure(&trial->method, plan, radii, &render, error));
+    const double radius = mean_radius(trial, plan, &render);
     set_picture(&trial->settings, plan, pixel_side(&trial->method, plan, radius));
     trial->area = pixels_of_film(plan) / ((double)trial->settings.width * trial->settings.height);
     CA_TRY(set_merges(trial, plan, radius, &render, error));
@@ -250,27 +248,19 @@ static ca_status make_plan(ca_method_trial *trial, double passes, ca_error *erro
 
 /* ---- Its iterations -------------------------------------------------------------------------------------------- */
 
-/* For a render of so many passes. */
-static ca_status create(ca_method_trial *trial, double passes, ca_error *error)
-{
-    const ca_integrator_type *type = trial->method.type;
-    CA_TRY(make_plan(trial, passes, error));
-    trial->cells = ca_trial_cells_of(trial->whole);
-    trial->crop_pixels = ca_render_plan_pixels(trial->whole);
-    const bool guided = ca_integrator_value(type, &trial->plan.input, "guide", 0.0) != 0.0;
-    trial->plan.input.guide = guided ? trial->guide : NULL;
-    ca_status status = type->create(&trial->plan.input, &trial->integrator, error);
-    if (status == CA_OK) status = ca_workers_create(&trial->workers, 1, error);
-    trial->workers.parallel.stop = trial->whole->input.stop;
-    if (status != CA_OK) ca_method_trial_destroy(trial);
-    return status;
-}
-
 ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *plan, const ca_method *method,
                                  const ca_method_radii *radii, const ca_emission_guide *guide, ca_error *error)
 {
-    *trial = (ca_method_trial){.method = *method, .whole = plan, .radii = radii, .guide = guide};
-    return create(trial, expected_passes(plan), error);
+    *trial = (ca_method_trial){.method = *method, .cells = ca_trial_cells_of(plan)};
+    CA_TRY(make_plan(trial, plan, radii, error));
+    trial->crop_pixels = ca_render_plan_pixels(plan);
+    const bool guided = ca_integrator_value(method->type, &trial->plan.input, "guide", 0.0) != 0.0;
+    trial->plan.input.guide = guided ? guide : NULL;
+    ca_status status = method->type->create(&trial->plan.input, &trial->integrator, error);
+    if (status == CA_OK) status = ca_workers_create(&trial->workers, 1, error);
+    trial->workers.parallel.stop = plan->input.stop;
+    if (status != CA_OK) ca_method_trial_destroy(trial);
+    return status;
 }
 
 void ca_method_trial_destroy(ca_method_trial *trial)
@@ -344,10 +334,10 @@ static void trace_cells(ca_method_trial *trial, uint32_t first, uint32_t count)
 
 static void keep_least(double *least, double seconds, uint32_t iteration)
 {
-    if (iteration <= 1 || seconds < *least) *least = seconds;
+    if (iteration == 1 || (iteration > 1 && seconds < *least)) *least = seconds;
 }
 
-static ca_status run(ca_method_trial *trial, ca_error *error)
+ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error)
 {
     const ca_integrator_type *type = trial->method.type;
     const uint32_t cells = (uint32_t)ca_trial_cell_count(&trial->cells);
@@ -369,35 +359,6 @@ static ca_status run(ca_method_trial *trial, ca_error *error)
     keep_least(&trial->camera_seconds, ca_clock_thread_seconds() - traced, trial->iterations);
     trial->iterations++;
     return CA_OK;
-}
-
-/* Does noise depend on how many passes the render's time allows? Where connections find light, too, radii hardly
- * count, and an iteration takes long. */
-static bool depends_on_time(const ca_method_trial *trial)
-{
-    const bool shrinks = trial->radius > 0.0 && trial->alpha > 0.0 && !trial->method.type->rules->connect;
-    return shrinks && isfinite(ca_method_whole_seconds(trial->whole));
-}
-
-/* Anew, with the radius of the passes that an iteration's time makes likely. */
-static ca_status settle(ca_method_trial *trial, ca_error *error)
-{
-    const ca_method_trial settled = {.method = trial->method,
-                                     .whole = trial->whole,
-                                     .radii = trial->radii,
-                                     .guide = trial->guide,
-                                     .settled = true};
-    CA_TRY(run(trial, error));
-    const double passes = ca_method_passes(trial->whole, ca_method_trial_seconds(trial));
-    ca_method_trial_destroy(trial);
-    *trial = settled;
-    return create(trial, passes, error);
-}
-
-ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error)
-{
-    if (!trial->settled && depends_on_time(trial)) CA_TRY(settle(trial, error));
-    return run(trial, error);
 }
 
 /* ---- What they tell -------------------------------------------------------------------------------------------- */

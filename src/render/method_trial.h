@@ -2,11 +2,10 @@
  *
  * The trial's picture is the plan's, rendered part included, with larger pixels. Light paths are fewer and the merge
  * radius is larger by the same factor, so that a merge finds as many photons and each technique has the same weight;
- * the radius is that whose variance is the mean over the render's passes. How many there are a first iteration tells
- * where merges alone find light; it is dropped. Camera paths are traced for CA_TRIAL_CELLS pixels at most, spread
+ * the radius is the mean one of the whole render. Camera paths are traced for CA_TRIAL_CELLS pixels at most, spread
  * over the picture. They start from a part of a pixel that is as large as a pixel of the render, since what changes
- * within a pixel is noise. The trial's random numbers are its own: no sample of the render has any part in the
- * choice of its method. */
+ * within a pixel is noise. The trial's random numbers are its own: no sample of the render has any part in the choice
+ * of its method. */
 #ifndef CA_RENDER_METHOD_TRIAL_H
 #define CA_RENDER_METHOD_TRIAL_H
 
@@ -28,6 +27,24 @@ static inline size_t ca_trial_cell_count(const ca_trial_cells *cells) { return (
 /* The cell that has pixel (x, y) of the plan's full film. */
 size_t ca_trial_cell_at(const ca_trial_cells *cells, const ca_render_plan *plan, uint32_t x, uint32_t y);
 
+typedef struct ca_method_trial {
+    ca_method method;
+    ca_render_settings settings; /* the trial's plan points to it */
+    ca_render_plan plan;
+    double area, crop_pixels; /* of a pixel, in pixels of the render; the render's rendered part */
+    double radius, alpha;     /* of the render's merges */
+    ca_trial_cells cells;
+    void *integrator; /* owned */
+    ca_workers workers;
+    float *samples; /* owned; luminances: of all cells in an iteration, one iteration after the other */
+    size_t capacity;
+    uint32_t iterations;
+    double light_seconds, camera_seconds; /* of a processor, of the fastest but the first, which warms up */
+} ca_method_trial;
+
+/* N_F in a pass of the render. */
+double ca_method_light_paths(const ca_method *method, const ca_render_plan *plan);
+
 /* Methods that share a default merge radius. */
 typedef enum ca_merging { CA_MERGING_PPM, CA_MERGING_BDPM, CA_MERGING_AND_CONNECTING, CA_MERGINGS } ca_merging;
 
@@ -41,28 +58,6 @@ typedef struct ca_method_radius {
 typedef struct ca_method_radii {
     ca_method_radius of[CA_MERGINGS];
 } ca_method_radii;
-
-typedef struct ca_method_trial {
-    ca_method method;
-    const ca_render_plan *whole; /* the render's; borrowed, and so are: */
-    const ca_method_radii *radii;
-    const ca_emission_guide *guide;
-    ca_render_settings settings; /* the trial's plan points to it */
-    ca_render_plan plan;
-    double area, crop_pixels; /* of a pixel, in pixels of the render; the render's rendered part */
-    double radius, alpha;     /* of the render's merges */
-    bool settled;             /* its radius is that of the passes that an iteration's time makes likely */
-    ca_trial_cells cells;
-    void *integrator; /* owned */
-    ca_workers workers;
-    float *samples; /* owned; luminances: of all cells in an iteration, one iteration after the other */
-    size_t capacity;
-    uint32_t iterations;
-    double light_seconds, camera_seconds; /* of a processor, of the fastest but the first, which warms up */
-} ca_method_trial;
-
-/* N_F in a pass of the render. */
-double ca_method_light_paths(const ca_method *method, const ca_render_plan *plan);
 
 /* Seconds that the whole render is expected to take; INFINITY: its passes end it. */
 double ca_method_whole_seconds(const ca_render_plan *plan);
@@ -79,15 +74,14 @@ ca_status ca_method_find_radius(const ca_render_plan *plan, ca_merging merging, 
                                 ca_error *error);
 
 /* Puts the method to use, with the parameters that the settings of `auto`, plan->type, name, as far as it has them.
- * `*chosen`: where plan->input.values would go; plan itself stays as it is. A radius that is not set is the usual one
- * for the usual number of light paths; a pass with four times as many counts as four passes, whose radii shrink. So
- * the same number of photons has the same noise and blur. `radii` may be NULL: it is then left open. Emission is
- * guided where it may be, unless the method is unguided. */
+ * `*chosen`: where plan->input.values would go; plan itself stays as it is. A radius that is not set is the same for
+ * all numbers of light paths: methods that are compared blur alike. `radii` may be NULL: it is then left open.
+ * Emission is guided where it may be, unless the method is unguided. */
 ca_status ca_method_configure(const ca_method *method, const ca_render_plan *plan, const ca_method_radii *radii,
                               ca_integrator_input *chosen, ca_error *error);
 
-/* A trial has one thread, and is not copied. `plan`, `radii` and `guide` outlive it. `guide` serves where the method
- * is guided; NULL: the trial makes its own. After an error nothing is left to destroy. */
+/* A trial has one thread, and is not copied. `guide` outlives it, and serves where the method is guided; NULL: the
+ * trial makes its own. After an error nothing is left to destroy. */
 ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *plan, const ca_method *method,
                                  const ca_method_radii *radii, const ca_emission_guide *guide, ca_error *error);
 void ca_method_trial_destroy(ca_method_trial *trial);
