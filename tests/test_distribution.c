@@ -10,6 +10,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
@@ -159,9 +160,34 @@ static void test_allocation_failures(void **state)
     assert_int_equal(failures, 6); /* so many allocations */
 }
 
+/* Tiny bins beside a large one, as triangles of a lamp: together they are as likely as their weights say. */
+static void test_nearest(void **state)
+{
+    (void)state;
+    enum { TINY = 500000 };
+    ca_distribution_1d distribution;
+    float *weights = malloc((TINY + 1) * sizeof *weights);
+    assert_non_null(weights);
+    for (uint32_t i = 0; i <= TINY; i++) weights[i] = i == TINY / 2 ? 0.99f : 0.01f / TINY;
+    assert_int_equal(ca_distribution_1d_create_nearest(&distribution, weights, TINY + 1, NULL), CA_OK);
+    free(weights);
+    assert_true(fabs((double)ca_distribution_1d_probability(&distribution, TINY / 2) - 0.99) < 1e-6);
+    uint32_t tiny = 0;
+    for (uint32_t k = 0; k < 100000; k++) {
+        float probability;
+        const uint32_t bin =
+            ca_distribution_1d_sample(&distribution, ((float)k + 0.5f) / 100000.0f, &probability, NULL);
+        assert_true(probability > 0.0f);
+        tiny += bin != TINY / 2;
+    }
+    assert_true(tiny > 990 && tiny < 1010);
+    ca_distribution_1d_destroy(&distribution);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_nearest),
         cmocka_unit_test(test_frequencies),
         cmocka_unit_test(test_inversion),
         cmocka_unit_test(test_inversion_of_equal_bins),

@@ -118,12 +118,25 @@ static const ca_surface *emitting_surface(const path_state *state, ca_batch *bat
     return &v->surfaces[i];
 }
 
+/* The probabilities with which next event chose the environment, for those of the eight paths that have a bit. */
+static ca_f8 choice_of_sky(const path_state *state, const ca_batch *batch, uint32_t i, uint32_t bits)
+{
+    _Alignas(32) float choice[CA_LANES] = {0.0f};
+    for (; bits; bits &= bits - 1) {
+        const uint32_t k = (uint32_t)__builtin_ctz(bits);
+        const ca_light_receiver receiver = {ca_column3_at(&batch->previous, i + k),
+                                            ca_column3_at(&batch->previous_normal, i + k)};
+        choice[k] =
+            ca_light_choice_direct_probability(&state->scene->light_choice, &receiver, state->scene->environment);
+    }
+    return ca_load8(choice, 0);
+}
+
 /* add_emission for those of the eight paths from `i` on that have a bit: they have left the scene. */
 static void add_sky(const path_state *state, ca_batch *batch, uint32_t i, uint32_t bits, ca_counters *counters)
 {
     const uint32_t environment = state->scene->environment, vertices = batch->segments + 1;
-    const ca_light_receiver nowhere = {0}; /* it is as likely everywhere */
-    const float choice = ca_light_choice_direct_probability(&state->scene->light_choice, &nowhere, environment);
+    const ca_f8 choice = choice_of_sky(state, batch, i, bits);
     const ca_environment8 sky = ca_light_environment_hit8(&state->scene->lights[environment],
                                                           ca_column3_load(&batch->rays.direction, i));
     const ca_f8 weight = path_mis_weight8(state, ca_load8(batch->pdf, i), choice * sky.pdf_direct);

@@ -1,15 +1,38 @@
 #include "light/light_choice.h"
 
 #include "base/memory.h"
+#include "math/numeric.h"
+
+/* What of the choice among the others is the same for all, and what lights at a finite place and the others get at
+ * least where there are both: none knows what is hidden, or how far away. */
+#define EVEN_SHARE 0.25f
+#define LEAST_SHARE 0.125f
+
+static bool is_other(const ca_light *light) { return !ca_light_falls_off(light); }
+
+/* By power among those at a finite place and among the others; `factor` of each group makes LEAST_SHARE of them. */
+static void balance(const ca_light *lights, uint32_t count, double factor[2])
+{
+    double power[2] = {0.0, 0.0};
+    for (uint32_t i = 0; i < count; i++) power[is_other(&lights[i])] += (double)lights[i].power;
+    const double sum = power[0] + power[1], least = (double)LEAST_SHARE;
+    for (int k = 0; k < 2; k++) {
+        factor[k] = 1.0;
+        if (power[0] > 0.0 && power[1] > 0.0)
+            factor[k] = fmin(fmax(power[k] / sum, least), 1.0 - least) / power[k]; /* the shares sum up to 1 */
+    }
+}
 
 static ca_status create_by_power(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error)
 {
     float *powers = ca_alloc(count, sizeof *powers);
     if (!powers) return ca_fail_memory(error, "the choice among lights");
     ca_status status = CA_OK;
+    double factor[2];
+    balance(lights, count, factor);
     for (uint32_t i = 0; i < count && status == CA_OK; i++) {
-        powers[i] = lights[i].power;
-        if (!isfinite(powers[i]))
+        powers[i] = (float)(factor[is_other(&lights[i])] * (double)lights[i].power);
+        if (!isfinite(lights[i].power))
             status =
                 ca_fail(error, CA_ERROR_SCENE, NULL, "the power of light number %u is not a finite number", i + 1);
     }
@@ -18,38 +41,39 @@ static ca_status create_by_power(ca_light_choice *choice, const ca_light *lights
     return status;
 }
 
-/* Weights of the parts: [0] the power of all lights in the tree, then that of each of the others. */
-static ca_status create_parts(ca_light_choice *choice, const ca_light *lights, uint32_t count,
-                              uint32_t other_count, ca_error *error)
+/* By power, but for EVEN_SHARE. */
+static ca_status create_others(ca_light_choice *choice, const ca_light *lights, uint32_t count, uint32_t other_count,
+                               ca_error *error)
 {
-    float *powers = ca_alloc((size_t)other_count + 1, sizeof *powers);
-    choice->others = ca_alloc((size_t)other_count + 1, sizeof *choice->others);
-    if (!powers || !choice->others) {
-        ca_free(powers);
+    float *weights = ca_alloc(other_count, sizeof *weights);
+    choice->others = ca_alloc(other_count, sizeof *choice->others);
+    if (!weights || !choice->others) {
+        ca_free(weights);
         return ca_fail_memory(error, "the choice among lights");
     }
-    double finite = 0.0;
-    uint32_t next = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        if (ca_light_falls_off(&lights[i])) {
-            finite += (double)lights[i].power;
-            continue;
-        }
+    double power = 0.0, radius = 0.0;
+    for (uint32_t i = 0, next = 0; i < count; i++) {
+        if (!is_other(&lights[i])) continue;
         choice->others[next++] = i;
-        powers[next] = lights[i].power;
+        power += (double)lights[i].power;
+        radius = (double)lights[i].scene_radius;
     }
-    powers[0] = (float)fmin(finite, (double)FLT_MAX);
-    const ca_status status = ca_distribution_1d_create(&choice->parts, powers, other_count + 1, error);
-    ca_free(powers);
+    for (uint32_t i = 0; i < other_count; i++) {
+        const double share = power > 0.0 ? (double)lights[choice->others[i]].power / power : 0.0;
+        weights[i] = (1.0f - EVEN_SHARE) * (float)share + EVEN_SHARE / (float)other_count;
+    }
+    const ca_status status = ca_distribution_1d_create(&choice->among_others, weights, other_count, error);
+    ca_free(weights);
+    choice->irradiance = (float)fmin(power / (4.0 * CA_PI_D * radius * radius), (double)FLT_MAX);
     return status;
 }
 
 static ca_status create_tree(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error)
 {
     uint32_t other_count = 0;
-    for (uint32_t i = 0; i < count; i++) other_count += !ca_light_falls_off(&lights[i]);
-    if (count - other_count < CA_LIGHT_CHOICE_TREE_LIGHTS) return CA_OK;
-    CA_TRY(create_parts(choice, lights, count, other_count, error));
+    for (uint32_t i = 0; i < count; i++) other_count += is_other(&lights[i]);
+    if (count < 2 || other_count == count) return CA_OK;
+    if (other_count > 0) CA_TRY(create_others(choice, lights, count, other_count, error));
     return ca_light_tree_create(&choice->tree, lights, count, error);
 }
 
@@ -66,7 +90,7 @@ ca_status ca_light_choice_create(ca_light_choice *choice, const ca_light *lights
 void ca_light_choice_destroy(ca_light_choice *choice)
 {
     ca_distribution_1d_destroy(&choice->by_power);
-    ca_distribution_1d_destroy(&choice->parts);
+    ca_distribution_1d_destroy(&choice->among_others);
     ca_light_tree_destroy(&choice->tree);
     ca_free(choice->others);
     *choice = (ca_light_choice){0};
@@ -92,21 +116,37 @@ float ca_light_choice_probability(const ca_light_choice *choice, uint32_t light)
 
 /* ---- Next event ------------------------------------------------------------------------------------------------ */
 
-/* A light at infinity and its probability, or CA_NONE with that of the tree; *u becomes the number within the
- * share. */
-static uint32_t choose_part(const ca_light_choice *choice, float *u, float *probability)
+/* The probability that the tree is asked. */
+static float share_of_tree(const ca_light_choice *choice, const ca_light_receiver *receiver)
 {
-    *probability = 1.0f;
-    if (choice->parts.count == 1) return CA_NONE;
-    const uint32_t part = ca_distribution_1d_sample(&choice->parts, *u, probability, u);
-    return part > 0 ? choice->others[part - 1] : CA_NONE;
+    if (!choice->others || choice->irradiance == 0.0f) return 1.0f;
+    const float by_tree = ca_light_tree_irradiance(&choice->tree, receiver);
+    if (by_tree == 0.0f) return 0.0f;
+    return ca_clamp(by_tree / (by_tree + choice->irradiance), LEAST_SHARE, 1.0f - LEAST_SHARE);
+}
+
+/* One of the others and its probability, or CA_NONE with that of the tree; *u becomes the number within the share. */
+static uint32_t choose_part(const ca_light_choice *choice, const ca_light_receiver *receiver, float *u,
+                            float *probability)
+{
+    const float share = share_of_tree(choice, receiver);
+    if (*u < share) {
+        *u = ca_min(*u / share, CA_ONE_MINUS_EPSILON);
+        *probability = share;
+        return CA_NONE;
+    }
+    float of_other;
+    *u = ca_min((*u - share) / (1.0f - share), CA_ONE_MINUS_EPSILON);
+    const uint32_t other = ca_distribution_1d_sample(&choice->among_others, *u, &of_other, NULL);
+    *probability = (1.0f - share) * of_other;
+    return choice->others[other];
 }
 
 uint32_t ca_light_choice_sample_direct(const ca_light_choice *choice, const ca_light_receiver *receiver, float u,
                                        float *probability)
 {
     if (choice->tree.node_count == 0) return ca_light_choice_sample(choice, u, probability);
-    uint32_t light = choose_part(choice, &u, probability);
+    uint32_t light = choose_part(choice, receiver, &u, probability);
     if (light != CA_NONE) return light;
     float of_light;
     light = ca_light_tree_sample(&choice->tree, receiver, u, &of_light);
@@ -120,7 +160,7 @@ void ca_light_choice_sample_direct_many(const ca_light_choice *choice, ca_light_
     for (uint32_t i = 0; i < count; i++) {
         ca_light_query *q = &queries[i];
         q->light = by_power ? ca_light_choice_sample(choice, q->u, &q->probability)
-                            : choose_part(choice, &q->u, &q->probability);
+                            : choose_part(choice, &q->receiver, &q->u, &q->probability);
     }
     if (!by_power) ca_light_tree_sample_many(&choice->tree, queries, count);
 }
@@ -129,10 +169,11 @@ float ca_light_choice_direct_probability(const ca_light_choice *choice, const ca
                                          uint32_t light)
 {
     if (choice->tree.node_count == 0) return ca_light_choice_probability(choice, light);
-    for (uint32_t part = 1; part < choice->parts.count; part++)
-        if (choice->others[part - 1] == light) return ca_distribution_1d_probability(&choice->parts, part);
-    return ca_distribution_1d_probability(&choice->parts, 0) *
-           ca_light_tree_probability(&choice->tree, receiver, light);
+    const float share = share_of_tree(choice, receiver);
+    for (uint32_t i = 0; i < choice->among_others.count; i++)
+        if (choice->others[i] == light)
+            return (1.0f - share) * ca_distribution_1d_probability(&choice->among_others, i);
+    return share * ca_light_tree_probability(&choice->tree, receiver, light);
 }
 
 float ca_light_choice_ratio(const ca_light_choice *choice, const ca_light_receiver *receiver, uint32_t light)

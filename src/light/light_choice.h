@@ -1,8 +1,11 @@
-/* Choosing one light among all: for emission in proportion to its power (emission_guide.h knows better), for next
- * event by what it may contribute at the point that asks.
+/* Choosing one light among all: for emission in proportion to its power (emission_guide.h knows better), but lights
+ * at a finite place and the others get an eighth at least where there are both; for next event by what it may
+ * contribute at the point that asks.
  *
- * For next event the lights that do not fall off with distance (those at infinity, beams) are chosen by power among
- * themselves and against all others together; among those the tree chooses (light_tree.h). */
+ * For next event the tree chooses among lights at a finite place (light_tree.h). Those that do not fall off with
+ * distance (those at infinity, beams) are chosen by power among themselves, and against the tree by the irradiance
+ * that both may bring to the point that asks. Power would not do: that of a sky grows with the square of the scene's
+ * radius, and a lamp on a wide plain would never be asked. */
 #ifndef CA_LIGHT_LIGHT_CHOICE_H
 #define CA_LIGHT_LIGHT_CHOICE_H
 
@@ -10,13 +13,11 @@
 
 typedef struct ca_light_choice {
     ca_distribution_1d by_power;
-    ca_light_tree tree;       /* without nodes: next event chooses by power, too */
-    ca_distribution_1d parts; /* the tree, and each of the others */
-    uint32_t *others;         /* [parts.count - 1]: those lights */
+    ca_light_tree tree; /* without nodes: next event chooses by power, too */
+    uint32_t *others;   /* lights that are not in the tree; NULL where there are none, or no tree */
+    ca_distribution_1d among_others;
+    float irradiance; /* that the others bring together, W m^-2, luminance: the mean over directions of surfaces */
 } ca_light_choice;
-
-/* From this many lights at a finite place on there is a tree (docs/decisions/014). */
-enum { CA_LIGHT_CHOICE_TREE_LIGHTS = 2 };
 
 /* For `count` prepared lights; none is allowed. */
 ca_status ca_light_choice_create(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error);

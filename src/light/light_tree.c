@@ -134,6 +134,13 @@ void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *querie
     for (uint32_t i = 0; i < count; i += ABREAST) sample_abreast(tree, queries + i, ca_min_u32(count - i, ABREAST));
 }
 
+float ca_light_tree_irradiance(const ca_light_tree *tree, const ca_light_receiver *receiver)
+{
+    if (tree->node_count == 0) return 0.0f;
+    const float sum = ca_sums8(weigh(&tree->nodes[0], receiver, all_around(receiver)))[WIDTH - 1];
+    return sum > 0.0f && sum <= FLT_MAX ? sum : 0.0f;
+}
+
 float ca_light_tree_probability(const ca_light_tree *tree, const ca_light_receiver *receiver, uint32_t light)
 {
     if (tree->node_count == 0) return 0.0f;

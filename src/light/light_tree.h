@@ -65,6 +65,9 @@ typedef struct ca_light_query {
  * are computed. */
 void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *queries, uint32_t count);
 
+/* What all of them may bring to the receiver, W m^-2, luminance, about; 0 where none can. */
+float ca_light_tree_irradiance(const ca_light_tree *tree, const ca_light_receiver *receiver);
+
 /* Of one that is in the tree; 0 for others. Agrees with the above but for rounding. */
 float ca_light_tree_probability(const ca_light_tree *tree, const ca_light_receiver *receiver, uint32_t light);
 

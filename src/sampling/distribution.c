@@ -38,7 +38,7 @@ static void separate(float *cumulative, const float *weights, uint32_t count)
     }
 }
 
-static void fill_cumulative(ca_distribution_1d *distribution, const float *weights)
+static void fill_cumulative(ca_distribution_1d *distribution, const float *weights, bool separated)
 {
     const uint32_t count = distribution->count;
     double partial = 0.0;
@@ -49,7 +49,7 @@ static void fill_cumulative(ca_distribution_1d *distribution, const float *weigh
         distribution->cumulative[i + 1] = (float)(rint(end * steps) / steps);
     }
     distribution->cumulative[count] = 1.0f;
-    if (distribution->sum > 0.0) separate(distribution->cumulative, weights, count);
+    if (separated && distribution->sum > 0.0) separate(distribution->cumulative, weights, count);
 }
 
 static void fill_guide(ca_distribution_1d *distribution)
@@ -64,15 +64,15 @@ static void fill_guide(ca_distribution_1d *distribution)
 }
 
 /* What the tables are to hold, from weights. */
-static void fill(ca_distribution_1d *distribution, const float *weights)
+static void fill(ca_distribution_1d *distribution, const float *weights, bool separated)
 {
     distribution->sum = sum_of(weights, distribution->count);
-    fill_cumulative(distribution, weights);
+    fill_cumulative(distribution, weights, separated);
     fill_guide(distribution);
 }
 
-ca_status ca_distribution_1d_create(ca_distribution_1d *distribution, const float *weights, uint32_t count,
-                                    ca_error *error)
+static ca_status create(ca_distribution_1d *distribution, const float *weights, uint32_t count, bool separated,
+                        ca_error *error)
 {
     assert(count > 0);
     *distribution = (ca_distribution_1d){.count = count};
@@ -82,8 +82,20 @@ ca_status ca_distribution_1d_create(ca_distribution_1d *distribution, const floa
         ca_distribution_1d_destroy(distribution);
         return ca_fail_memory(error, "a sampling table");
     }
-    fill(distribution, weights);
+    fill(distribution, weights, separated);
     return CA_OK;
+}
+
+ca_status ca_distribution_1d_create(ca_distribution_1d *distribution, const float *weights, uint32_t count,
+                                    ca_error *error)
+{
+    return create(distribution, weights, count, true, error);
+}
+
+ca_status ca_distribution_1d_create_nearest(ca_distribution_1d *distribution, const float *weights, uint32_t count,
+                                            ca_error *error)
+{
+    return create(distribution, weights, count, false, error);
 }
 
 void ca_distribution_1d_destroy(ca_distribution_1d *distribution)
@@ -126,7 +138,7 @@ static void fill_columns(ca_distribution_2d *distribution, const float *weights,
         *column = (ca_distribution_1d){.count = distribution->width,
                                        .cumulative = distribution->cumulative + y * (width + 1),
                                        .guide = distribution->guide + y * width};
-        fill(column, weights + y * width);
+        fill(column, weights + y * width, true);
         row_means[y] = (float)(column->sum / distribution->width);
     }
 }

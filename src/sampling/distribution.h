@@ -20,6 +20,10 @@ typedef struct ca_distribution_1d {
 /* From `count` finite weights >= 0 with a positive sum (a zero sum makes all equal). */
 ca_status ca_distribution_1d_create(ca_distribution_1d *distribution, const float *weights, uint32_t count,
                                     ca_error *error);
+/* Every bin is as likely as its weight says, to the nearest step of the numbers that choose: those of less than half
+ * a step may never be drawn. For where the density is known otherwise, as that over a surface is. */
+ca_status ca_distribution_1d_create_nearest(ca_distribution_1d *distribution, const float *weights, uint32_t count,
+                                            ca_error *error);
 void ca_distribution_1d_destroy(ca_distribution_1d *distribution);
 
 /* The bin that holds u. *probability is its probability; *remapped (may be NULL) is where in the bin u lies, itself

@@ -91,7 +91,8 @@ static ca_status compile_disk(ca_shape *shape, const ca_shape_desc *desc, ca_err
     return CA_OK;
 }
 
-/* The CDF over triangles that area lights are sampled by. */
+/* The CDF over triangles that area lights are sampled by: to the nearest step, as a step for each of a million tiny
+ * ones would take light from the large ones. */
 static ca_status triangle_distribution(ca_shape *shape, ca_error *error)
 {
     const ca_mesh *mesh = shape->as.mesh.mesh;
@@ -99,7 +100,7 @@ static ca_status triangle_distribution(ca_shape *shape, ca_error *error)
     if (!areas) return ca_fail_memory(error, "an area light");
     for (uint32_t i = 0; i < mesh->triangle_count; i++) areas[i] = (float)ca_mesh_triangle_area(mesh, i);
     const ca_status status =
-        ca_distribution_1d_create(&shape->as.mesh.triangles, areas, mesh->triangle_count, error);
+        ca_distribution_1d_create_nearest(&shape->as.mesh.triangles, areas, mesh->triangle_count, error);
     ca_free(areas);
     return status;
 }
