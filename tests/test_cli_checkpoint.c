@@ -29,13 +29,6 @@ static void test_kills(void **state)
     for (int i = 0; i < 4; i++) expect_kills_lose_nothing(*state, &jobs[i], &random);
 }
 
-static void wait_for(void **state, const char *name)
-{
-    const struct timespec pause = {.tv_nsec = 5000000};
-    for (int i = 0; i < 4000 && !exists(folder_of(state), name); i++) nanosleep(&pause, NULL);
-    assert_true(exists(folder_of(state), name));
-}
-
 /* Ctrl-C leaves picture and checkpoint; the same line goes on. A second job is refused meanwhile. */
 static void test_signals_and_second_jobs(void **state)
 {

@@ -3,6 +3,7 @@
 #include "base/clock.h"
 #include "support/program_test.h"
 
+#include <fcntl.h>
 #include <math.h>
 #include <pty.h>
 #include <signal.h>
@@ -77,6 +78,40 @@ static void test_signal_ends_with_an_image(void **state)
     assert_true(json_is_true(json_object_get(stats, "interrupted")));
     assert_true(json_number(stats, "seconds") < 120.0);
     json_decref(stats);
+}
+
+/* Ctrl-C on `render ... 2>&1 | tee log` ends the reader first: the picture is written all the same. */
+static void test_signal_without_a_reader(void **state)
+{
+    static const char *const words[] = {"render", "ball.xml",            "-o",     "a.pfm", "--time=300",
+                                        "--checkpoint=c.part", "--checkpoint-every=0.01", NULL};
+    ca_program_result r;
+    int ends[2];
+    signal(SIGPIPE, SIG_DFL); /* what the program inherits */
+    assert_int_equal(pipe2(ends, O_CLOEXEC), 0);
+    const pid_t process = ca_program_start(*state, words, ends[1]);
+    wait_for(state, "c.part");
+    close(ends[0]);
+    close(ends[1]);
+    kill(process, SIGINT);
+    ca_program_finish(*state, process, &r);
+    assert_exit(&r, 0);
+    assert_says(r.output, "ended early by a signal");
+    assert_true(exists(folder_of(state), "a.pfm"));
+}
+
+/* What was printed for nobody is a failure, not the end by a signal. */
+static void test_output_without_a_reader(void **state)
+{
+    char line[256];
+    signal(SIGPIPE, SIG_DFL);
+    setenv("P", ((const ca_program *)*state)->path, 1);
+    snprintf(line, sizeof line, "cd '%s' && { sleep 0.3; $P help 2>said; echo $? >status; } | true", folder_of(state));
+    assert_int_equal(system(line), 0);
+    snprintf(line, sizeof line,
+             "cd '%s' && grep -qx 1 status && grep -qx 'caustica: standard output cannot be written' said",
+             folder_of(state));
+    assert_int_equal(system(line), 0);
 }
 
 /* Of a render by blocks, what is done is kept in a part file: as many blocks as it says. */
@@ -463,6 +498,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_signal_ends_with_an_image),
+        PROGRAM_TEST(test_signal_without_a_reader),
+        PROGRAM_TEST(test_output_without_a_reader),
         PROGRAM_TEST(test_signal_ends_with_a_part),
         PROGRAM_TEST(test_second_signal_kills),
         PROGRAM_TEST(test_term_in_a_long_pass),

@@ -128,6 +128,8 @@ int main(int argument_count, char *arguments[])
 {
     /* A file over the size limit is then a write error: it gets a message, and what was half written is removed. */
     signal(SIGXFSZ, SIG_IGN);
+    /* Nor does a reader that has gone (`| tee log`, ended by the same Ctrl-C) end a render without its picture. */
+    signal(SIGPIPE, SIG_IGN);
     ca_error error = {""};
     const ca_status started = ca_mpi_start(&error);
     const int status = started == CA_OK ? run(argument_count, arguments) : ca_report(NULL, started, &error);
