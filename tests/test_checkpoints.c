@@ -502,6 +502,31 @@ static void test_a_checkpoint_that_cannot_be_written(void **state)
     ca_image_release(image);
 }
 
+static ca_status write_without_sync(void *user, const char *path, ca_error *error)
+{
+    write_all("c.part", (const unsigned char *)"whole", 5);
+    return ++*(int *)user > 1 ? CA_OK : ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot sync its folder", path);
+}
+
+/* The file is in its place although writing it failed: it is this render's, and the next write replaces it. */
+static void test_a_failed_sync_is_not_the_last_write(void **state)
+{
+    (void)state;
+    int writes = 0;
+    unlink(file("c.part"));
+    ca_render_settings s = kept("path", 2, 1);
+    ca_checkpoint c;
+    s.resume = false;
+    assert_int_equal(ca_checkpoint_start(&c, &s, NULL), CA_OK);
+    ca_checkpoint_write(&c, write_without_sync, &writes);
+    assert_non_null(strstr(ca_checkpoint_failure(&c), "cannot sync"));
+    ca_checkpoint_write(&c, write_without_sync, &writes);
+    if (ca_checkpoint_failure(&c)) fail_msg("%s", ca_checkpoint_failure(&c));
+    assert_int_equal(writes, 2);
+    ca_checkpoint_end(&c);
+    unlink(file("c.part"));
+}
+
 /* ---- Parts ----------------------------------------------------------------------------------------------------- */
 
 static const char *render_part(const char *integrator, uint64_t begin, uint64_t end, uint32_t threads,
@@ -672,6 +697,7 @@ int main(void)
         cmocka_unit_test(test_damaged_files),
         cmocka_unit_test(test_settings_of_another_version),
         cmocka_unit_test(test_a_checkpoint_that_cannot_be_written),
+        cmocka_unit_test(test_a_failed_sync_is_not_the_last_write),
         cmocka_unit_test(test_parts_of_every_integrator),
         cmocka_unit_test(test_parts_that_do_not_fit),
     };

@@ -73,7 +73,10 @@ static ca_status write_locked(ca_checkpoint *checkpoint, ca_checkpoint_writer wr
     ca_error *error = &checkpoint->failure;
     if (!checkpoint->lock.path) CA_TRY(lock(checkpoint, error));
     if (!checkpoint->is_kept && access(checkpoint->path, F_OK) == 0) return fail_existing(checkpoint->path, error);
-    return write(render, checkpoint->path, error);
+    const ca_status status = write(render, checkpoint->path, error);
+    /* The file of a write that failed may be in its place all the same: its folder could not be synced. */
+    if (access(checkpoint->path, F_OK) == 0) checkpoint->is_kept = true;
+    return status;
 }
 
 void ca_checkpoint_write(ca_checkpoint *checkpoint, ca_checkpoint_writer write, void *render)
