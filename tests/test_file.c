@@ -12,6 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -112,6 +113,50 @@ static void a_commit_that_fails(void **unused)
     }
 }
 
+/* The folder cannot be opened as there is no descriptor for it: told, and the file is in its place. */
+static void a_folder_that_cannot_be_synced(void **unused)
+{
+    (void)unused;
+    char path[256];
+    ca_file_writer writer;
+    ca_error error = {{0}};
+    struct rlimit before, limited;
+    snprintf(path, sizeof path, "%s", path_to("synced"));
+    assert_int_equal(ca_file_create(&writer, path, NULL), CA_OK);
+    assert_int_equal(getrlimit(RLIMIT_NOFILE, &before), 0);
+    limited = before;
+    limited.rlim_cur = (rlim_t)fileno(writer.stream); /* the lowest that was free, and will be again */
+    assert_int_equal(setrlimit(RLIMIT_NOFILE, &limited), 0);
+    const ca_status status = ca_file_commit_durably(&writer, &error);
+    assert_int_equal(setrlimit(RLIMIT_NOFILE, &before), 0);
+    assert_int_equal(status, CA_ERROR_FILE);
+    assert_non_null(strstr(error.message, "/synced: cannot sync its folder: Too many open files"));
+    assert_int_equal(unlink(path), 0);
+}
+
+/* One may be written to and not be read: nothing is wrong. Root may always, so that a child is nobody. */
+static void a_folder_that_may_not_be_read(void **unused)
+{
+    (void)unused;
+    char path[256];
+    snprintf(path, sizeof path, "%s", path_to("box"));
+    assert_true(mkdir(path, 0700) == 0 && chmod(path, 0300) == 0 && chmod(folder, 0711) == 0);
+    if (getuid() == 0) assert_int_equal(chown(path, 65534, 65534), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        ca_file_writer writer;
+        if (getuid() == 0 && setuid(65534) != 0) _exit(2);
+        _exit(ca_file_create(&writer, path_to("box/f"), NULL) == CA_OK &&
+                      ca_file_commit_durably(&writer, NULL) == CA_OK
+                  ? 0
+                  : 1);
+    }
+    int status = 1;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_int_equal(status, 0);
+    assert_true(unlink(path_to("box/f")) == 0 && rmdir(path) == 0);
+}
+
 static int left;
 static char last_left[512];
 
@@ -199,6 +244,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(whole_files_up_to_the_limit), cmocka_unit_test(what_is_no_regular_file),
         cmocka_unit_test(a_write_is_seen_at_its_commit), cmocka_unit_test(a_commit_that_fails),
+        cmocka_unit_test(a_folder_that_cannot_be_synced), cmocka_unit_test(a_folder_that_may_not_be_read),
         cmocka_unit_test(a_scratch_has_no_name),       cmocka_unit_test(paths),
         cmocka_unit_test(what_a_kill_leaves),
     };

@@ -186,18 +186,20 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
     return status;
 }
 
-/* A file system that does not sync folders says so. */
+/* A file system that does not sync folders says so. A folder that may be written but not read cannot be synced by this
+ * process: no failure either. */
 static ca_status sync_folder(const char *path, ca_error *error)
 {
     const char *slash = strrchr(path, '/');
     char *folder = slash ? concatenate(path, (size_t)(slash - path) + 1, "") : concatenate(".", 1, "");
     if (!folder) return ca_fail_memory(error, path);
     const int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    const int reason = descriptor >= 0 && fsync(descriptor) == 0 ? 0 : errno;
     ca_free(folder);
-    if (descriptor < 0) return CA_OK; /* one that may not be read: it is as it always was there */
-    const int reason = fsync(descriptor) == 0 ? 0 : errno;
-    close(descriptor);
-    if (reason == 0 || reason == EINVAL || reason == ENOTSUP) return CA_OK;
+    if (descriptor >= 0) close(descriptor);
+    const bool is_sealed = descriptor < 0 && reason == EACCES;
+    const bool cannot = descriptor >= 0 && (reason == EINVAL || reason == ENOTSUP);
+    if (reason == 0 || is_sealed || cannot) return CA_OK;
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot sync its folder: %s", path, strerror(reason));
 }
 

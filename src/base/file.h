@@ -37,7 +37,7 @@ ca_status ca_file_create(ca_file_writer *writer, const char *path, ca_error *err
 /* Flushes, syncs, renames; on any failure the temporary file is removed. The writer is finished either way. */
 ca_status ca_file_commit(ca_file_writer *writer, ca_error *error);
 /* The same, and when it returns the file's name is on the disk, too: its folder is synced where the file system can
- * (EINVAL and ENOTSUP say that it cannot). */
+ * (EINVAL and ENOTSUP say that it cannot) and this process may read it. Where that fails the file is in its place. */
 ca_status ca_file_commit_durably(ca_file_writer *writer, ca_error *error);
 /* Why an earlier write to a stream failed, whose error is not known any more: the error of writing what is left of
  * it, or, where the stream has dropped that, of writing zeros behind it, which fail for the same reason; EIO where
