@@ -502,6 +502,46 @@ static void test_a_checkpoint_that_cannot_be_written(void **state)
     ca_image_release(image);
 }
 
+/* After the second pass, checkpoints have no place any more. */
+static bool take_folder_away(const ca_render_progress *progress, void *user)
+{
+    ca_error *failure = user;
+    if (progress->checkpoint_failure)
+        snprintf(failure->message, sizeof failure->message, "%s", progress->checkpoint_failure);
+    if (progress->passes_done == 2) assert_int_equal(rename(file("gone"), file("away")), 0);
+    return true;
+}
+
+/* One that nobody asked for is of no use to a whole picture: the caller is told of it while it renders, and that is
+ * all. One that was asked for is a failure. */
+static void test_a_checkpoint_that_nobody_asked_for(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"path", "qmcppm:radius=0.1"};
+    for (int i = 0; i < 4; i++) {
+        ca_render_statistics statistics = {.size = sizeof statistics};
+        ca_error failure = {""}, error = {""};
+        ca_image_layers *image;
+        assert_int_equal(mkdir(file("gone"), 0700), 0);
+        ca_render_settings s = kept(integrators[i % 2], 1, 1);
+        s.checkpoint_path = file("gone/c.part");
+        render(&s, NULL);
+        s.samples_per_pixel = 4;
+        s.checkpoint_seconds = 1e-9;
+        s.checkpoint_if_long = i < 2;
+        s.progress = take_folder_away;
+        s.progress_user = &failure;
+        const ca_status expected = s.checkpoint_if_long ? CA_OK : CA_ERROR_FILE;
+        if (ca_render(scene, &s, &image, &statistics, &error) != expected) fail_msg("%s", error.message);
+        assert_non_null(strstr(s.checkpoint_if_long ? failure.message : error.message, "gone/c.part"));
+        assert_true(statistics.keeps_checkpoint && !statistics.interrupted && statistics.samples_per_pixel == 4.0);
+        ca_image_release(image);
+        unlink(file("away/c.part"));
+        unlink(file("away/c.part.lock"));
+        assert_int_equal(rmdir(file("away")), 0);
+    }
+}
+
 static ca_status write_without_sync(void *user, const char *path, ca_error *error)
 {
     write_all("c.part", (const unsigned char *)"whole", 5);
@@ -697,6 +737,7 @@ int main(void)
         cmocka_unit_test(test_damaged_files),
         cmocka_unit_test(test_settings_of_another_version),
         cmocka_unit_test(test_a_checkpoint_that_cannot_be_written),
+        cmocka_unit_test(test_a_checkpoint_that_nobody_asked_for),
         cmocka_unit_test(test_a_failed_sync_is_not_the_last_write),
         cmocka_unit_test(test_parts_of_every_integrator),
         cmocka_unit_test(test_parts_that_do_not_fit),

@@ -251,10 +251,8 @@ static void destroy(ca_auto_rays *a)
 /* The image is there whether its checkpoint could be written or not. */
 static ca_status tell_of_checkpoint(const ca_auto_rays *a, ca_status status, ca_error *error)
 {
-    const ca_checkpoint *checkpoint = &a->kept.checkpoint;
-    if (status != CA_OK || checkpoint->status == CA_OK) return status;
-    if (error) *error = checkpoint->failure;
-    return checkpoint->status;
+    if (status != CA_OK) return status;
+    return ca_checkpoint_result(&a->kept.checkpoint, a->plan->settings, a->interrupted, error);
 }
 
 static ca_noise_looks start_looks(const ca_render_plan *plan)

@@ -412,7 +412,8 @@ static void count_what_is_done(block_render *r)
 static ca_status finish(block_render *r, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
 {
     CA_TRY(ca_stop_check(r->plan->settings->discard, error));
-    const ca_status written = ca_checkpoint_write_part(&r->checkpoint, r->plan->settings, write_part, r, error);
+    const ca_status written =
+        ca_checkpoint_write_part(&r->checkpoint, r->plan->settings, r->interrupted, write_part, r, error);
     count_what_is_done(r);
     ca_part_fill_statistics(&r->part, statistics);
     add_notes(r, statistics);

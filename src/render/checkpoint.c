@@ -101,12 +101,20 @@ void ca_checkpoint_keep_last(ca_checkpoint *checkpoint, const ca_render_settings
     if (ca_checkpoint_is_wanted(checkpoint, settings, interrupted)) ca_checkpoint_write(checkpoint, write, render);
 }
 
-ca_status ca_checkpoint_write_part(const ca_checkpoint *checkpoint, const ca_render_settings *settings,
-                                   ca_checkpoint_writer write, void *render, ca_error *error)
+ca_status ca_checkpoint_result(const ca_checkpoint *checkpoint, const ca_render_settings *settings, bool interrupted,
+                               ca_error *error)
 {
-    if (checkpoint->status != CA_OK && error) *error = checkpoint->failure;
+    if (checkpoint->status == CA_OK || (settings->checkpoint_if_long && !interrupted)) return CA_OK;
+    if (error) *error = checkpoint->failure;
+    return checkpoint->status;
+}
+
+ca_status ca_checkpoint_write_part(const ca_checkpoint *checkpoint, const ca_render_settings *settings,
+                                   bool interrupted, ca_checkpoint_writer write, void *render, ca_error *error)
+{
+    const ca_status kept = ca_checkpoint_result(checkpoint, settings, interrupted, error);
     const ca_status part = settings->part_path ? write(render, settings->part_path, error) : CA_OK;
-    return part == CA_OK ? checkpoint->status : part;
+    return part == CA_OK ? kept : part;
 }
 
 /* Beside a setting that differs. */

@@ -39,10 +39,15 @@ void ca_checkpoint_keep(ca_checkpoint *checkpoint, const ca_render_settings *set
 void ca_checkpoint_keep_last(ca_checkpoint *checkpoint, const ca_render_settings *settings, bool interrupted,
                              ca_checkpoint_writer write, void *render);
 
+/* What the last write is to the caller: its failure, but where the render is whole only of a file that was asked for.
+ * `interrupted` as above. */
+ca_status ca_checkpoint_result(const ca_checkpoint *checkpoint, const ca_render_settings *settings, bool interrupted,
+                               ca_error *error);
+
 /* After that: writes the part file, if the settings name one. Told is its failure, or else the checkpoint's last
  * one. */
 ca_status ca_checkpoint_write_part(const ca_checkpoint *checkpoint, const ca_render_settings *settings,
-                                   ca_checkpoint_writer write, void *render, ca_error *error);
+                                   bool interrupted, ca_checkpoint_writer write, void *render, ca_error *error);
 
 /* Why the last write failed; NULL: it did not. */
 static inline const char *ca_checkpoint_failure(const ca_checkpoint *checkpoint)

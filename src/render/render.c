@@ -414,8 +414,8 @@ static ca_status write_files(render *r, ca_error *error)
 {
     const ca_technique_images *strategies = r->plan->input.technique_images;
     const ca_status images = strategies ? write_strategies(r, strategies, error) : CA_OK;
-    const ca_status sums =
-        ca_checkpoint_write_part(&r->kept.checkpoint, r->plan->settings, write_state, r, error);
+    const ca_status sums = ca_checkpoint_write_part(&r->kept.checkpoint, r->plan->settings, r->interrupted,
+                                                    write_state, r, error);
     return sums != CA_OK ? sums : images;
 }
 
