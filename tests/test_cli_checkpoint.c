@@ -5,9 +5,11 @@
 #include "support/random_kills.h"
 #include "support/scene_text.h"
 
+#include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
 
@@ -112,6 +114,68 @@ static void test_names_by_itself(void **state)
     assert_true(hash_of(state, "a.exr") == three);
 }
 
+static void set_age(void **state, const char *name, time_t seconds)
+{
+    char path[256];
+    struct timespec times[2] = {{.tv_nsec = UTIME_OMIT}};
+    snprintf(path, sizeof path, "%s/%s", folder_of(state), name);
+    clock_gettime(CLOCK_REALTIME, &times[1]);
+    times[1].tv_sec -= seconds;
+    assert_int_equal(utimensat(AT_FDCWD, path, times, 0), 0);
+}
+
+/* --resume alone takes the newest of those that are there, whatever their numbers, and says so. */
+static void test_newest_number(void **state)
+{
+    static const char *const names[] = {"a.exr.checkpoint.part", "a.exr.checkpoint-2.part",
+                                        "a.exr.checkpoint-4.part"};
+    static const char *const samples[] = {"--spp=2", "--spp=3", "--spp=1"};
+    const char *folder = folder_of(state);
+    ca_program_result r;
+    for (int i = 0; i < 3; i++) {
+        char option[64];
+        snprintf(option, sizeof option, "--checkpoint=%s", names[i]);
+        RUN(&r, "render", "ball.xml", samples[i], "-o", "b.exr", "--quiet", option);
+        assert_exit(&r, 0);
+    }
+    set_age(state, names[0], 100);
+    set_age(state, names[1], 10);
+    set_age(state, names[2], 1000);
+    RUN(&r, "render", "ball.xml", "-o", "a.exr", "--checkpoint-every=1e-6");
+    assert_exit(&r, 0);
+    assert_says(r.errors, "a.exr.checkpoint-2.part is there already");
+    assert_says(r.errors, "this render keeps a.exr.checkpoint-3.part\n");
+    RUN(&r, "render", "ball.xml", "--spp=6", "-o", "a.exr", "--resume");
+    assert_exit(&r, 0);
+    assert_says(r.output, "resumed after 3 passes");
+    assert_string_equal(r.errors, "caustica: goes on from a.exr.checkpoint-2.part, the newest; older ones stay: "
+                                  "a.exr.checkpoint.part, a.exr.checkpoint-4.part\n");
+    assert_true(exists(folder, names[0]) && !exists(folder, names[1]) && exists(folder, names[2]));
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", folder, names[0]);
+    assert_int_equal(unlink(path), 0);
+    RUN(&r, "render", "ball.xml", "--spp=6", "-o", "a.exr", "--resume");
+    assert_exit(&r, 0);
+    assert_says(r.output, "resumed after 1 pass");
+    assert_string_equal(r.errors, "caustica: goes on from a.exr.checkpoint-4.part\n");
+}
+
+/* What a kill left of a checkpoint that nobody asked for is named, too, of each number. */
+static void test_leftovers_of_numbers(void **state)
+{
+    ca_program_result r;
+    write_text(folder_of(state), "a.exr.checkpoint.part.~abc123", "");
+    write_text(folder_of(state), "a.exr.checkpoint-2.part.~abc123", "");
+    RUN(&r, "render", "ball.xml", "-o", "a.exr");
+    assert_exit(&r, 0);
+    assert_says(r.errors, "a.exr.checkpoint.part.~abc123 was left by a program that was killed");
+    RUN(&r, "render", "ball.xml", "--spp=1", "-o", "b.exr", "--checkpoint=a.exr.checkpoint.part");
+    assert_exit(&r, 0);
+    RUN(&r, "render", "ball.xml", "--spp=2", "-o", "a.exr", "--resume");
+    assert_exit(&r, 0);
+    assert_says(r.errors, "a.exr.checkpoint-2.part.~abc123 was left by a program that was killed");
+}
+
 /* A render that ends after four seconds leaves the checkpoint of one that began a second later and died, though both
  * have one name for theirs. */
 static void test_of_another_render(void **state)
@@ -208,7 +272,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_kills),     PROGRAM_TEST(test_signals_and_second_jobs), PROGRAM_TEST(test_names_by_itself),
         PROGRAM_TEST(test_full_disk), PROGRAM_TEST(test_changed_texture),         PROGRAM_TEST(test_parts),
-        PROGRAM_TEST(test_of_another_render),
+        PROGRAM_TEST(test_of_another_render), PROGRAM_TEST(test_newest_number),
+        PROGRAM_TEST(test_leftovers_of_numbers),
     };
     return run_program_tests("checkpoints", tests, sizeof tests / sizeof tests[0]);
 }

@@ -173,7 +173,7 @@ static ca_status render_scene(const ca_render_options *o, const ca_scene *scene,
     ca_render_statistics statistics;
     ca_image_layers *image = NULL;
     ca_render_statistics_init(&statistics);
-    ca_keep_tell(&o->keep);
+    ca_keep_tell(&o->keep, o->quiet);
     CA_TRY(ca_ranks_agree(ca_mpi_ranks(), start_live_view(o, &view, error), error));
     ca_signals_catch(o->quiet);
     const ca_status status = render_image(o, scene, &view, &image, &statistics, error);

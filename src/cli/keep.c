@@ -1,4 +1,4 @@
-#define _POSIX_C_SOURCE 200809L
+#define _POSIX_C_SOURCE 200809L /* st_mtim */
 #include "cli/keep.h"
 
 #include "base/file.h"
@@ -7,11 +7,10 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 enum { MOST_NUMBERS = 1000, ROOM_FOR_ENDING = 32 };
-
-static bool exists(const char *path) { return access(path, F_OK) == 0; }
 
 /* "X.part" becomes "X-2.part" and so on. */
 static void number(char *path, const char *stem, int n)
@@ -22,22 +21,83 @@ static void number(char *path, const char *stem, int n)
         snprintf(path, strlen(stem) + ROOM_FOR_ENDING, "%s-%d.part", stem, n);
 }
 
-/* The first number that is free; where the render goes on, the name was asked for, or none is free, the first of
- * all. */
-static ca_status find_free(ca_keep *keep, const char *stem, ca_error *error)
+/* The numbers that are there. */
+typedef struct numbers {
+    int free, newest, last; /* the lowest that is free; 0: none is there; likewise */
+    bool are_there[MOST_NUMBERS + 1];
+} numbers;
+
+static bool is_newer(const struct stat *a, const struct stat *b)
+{
+    if (a->st_mtim.tv_sec != b->st_mtim.tv_sec) return a->st_mtim.tv_sec > b->st_mtim.tv_sec;
+    return a->st_mtim.tv_nsec >= b->st_mtim.tv_nsec;
+}
+
+static numbers look(char *path, const char *stem)
+{
+    numbers found = {0};
+    struct stat newest = {0}, info;
+    for (int n = 1; n <= MOST_NUMBERS; n++) {
+        number(path, stem, n);
+        found.are_there[n] = stat(path, &info) == 0;
+        if (!found.are_there[n] && found.free == 0) found.free = n;
+        if (!found.are_there[n]) continue;
+        found.last = n;
+        if (found.newest != 0 && !is_newer(&info, &newest)) continue;
+        found.newest = n;
+        newest = info;
+    }
+    return found;
+}
+
+/* The numbers beside the newest. */
+static ca_status list_others(ca_keep *keep, const char *stem, const numbers *found, ca_error *error)
 {
     const size_t size = strlen(stem) + ROOM_FOR_ENDING;
-    keep->path = ca_alloc(size, 1);
-    keep->existing = ca_alloc(size, 1);
-    if (!keep->path || !keep->existing) return ca_fail_memory(error, "the command line");
-    number(keep->path, stem, 1);
-    number(keep->existing, stem, 1);
-    const bool taken = !keep->resume && !keep->wanted && exists(keep->path);
-    for (int n = 2; taken && exists(keep->path) && n < MOST_NUMBERS; n++) number(keep->path, stem, n);
-    if (taken) return CA_OK;
-    ca_free(keep->existing);
-    keep->existing = NULL;
+    size_t count = 0, used = 0;
+    for (int n = 1; n <= found->last; n++) count += found->are_there[n] && n != found->newest;
+    if (count == 0) return CA_OK;
+    keep->others = ca_alloc(count, size + strlen(", "));
+    if (!keep->others) return ca_fail_memory(error, "the command line");
+    for (int n = 1; n <= found->last; n++) {
+        if (!found->are_there[n] || n == found->newest) continue;
+        if (used > 0) used += (size_t)sprintf(keep->others + used, ", ");
+        number(keep->others + used, stem, n);
+        used += strlen(keep->others + used);
+    }
     return CA_OK;
+}
+
+/* Temporary files of killed renders, also of the number that one of them would have made next. */
+static void tell_leftovers(char *path, const char *stem, const numbers *found)
+{
+    for (int n = 1; n <= found->last + 1; n++) {
+        number(path, stem, n);
+        ca_output_tell_leftovers(path);
+    }
+}
+
+/* Without a name that was asked for: the newest number where the render goes on, else the lowest that is free; where
+ * there is none the first of all. */
+static ca_status choose_number(ca_keep *keep, const char *stem, ca_error *error)
+{
+    const numbers found = look(keep->path, stem);
+    tell_leftovers(keep->path, stem, &found);
+    const int chosen = keep->resume ? found.newest : found.free;
+    number(keep->path, stem, chosen > 0 ? chosen : 1);
+    if (found.newest == 0) return CA_OK;
+    keep->existing = ca_alloc(strlen(stem) + ROOM_FOR_ENDING, 1);
+    if (!keep->existing) return ca_fail_memory(error, "the command line");
+    number(keep->existing, stem, found.newest);
+    return list_others(keep, stem, &found, error);
+}
+
+static ca_status choose_name(ca_keep *keep, const char *stem, ca_error *error)
+{
+    keep->path = ca_alloc(strlen(stem) + ROOM_FOR_ENDING, 1);
+    if (!keep->path) return ca_fail_memory(error, "the command line");
+    number(keep->path, stem, 1);
+    return keep->wanted ? CA_OK : choose_number(keep, stem, error);
 }
 
 static char *stem_of(const ca_keep *keep, const char *first_output)
@@ -63,7 +123,7 @@ ca_status ca_keep_choose(ca_keep *keep, const char *first_output, ca_places *pla
                        keep->wanted);
     char *stem = stem_of(keep, first_output);
     if (!stem) return ca_fail_memory(error, "the command line");
-    ca_status status = find_free(keep, stem, error);
+    ca_status status = choose_name(keep, stem, error);
     ca_free(stem);
     if (status == CA_OK) status = ca_places_write(places, keep->path, "--checkpoint", error);
     if (status == CA_OK && keep->wanted) status = ca_output_check_place(keep->path, error);
@@ -74,6 +134,7 @@ void ca_keep_destroy(ca_keep *keep)
 {
     ca_free(keep->path);
     ca_free(keep->existing);
+    ca_free(keep->others);
 }
 
 void ca_keep_fill(const ca_keep *keep, ca_render_settings *settings)
@@ -84,13 +145,18 @@ void ca_keep_fill(const ca_keep *keep, ca_render_settings *settings)
     settings->resume = keep->resume;
 }
 
-void ca_keep_tell(const ca_keep *keep)
+void ca_keep_tell(const ca_keep *keep, bool quiet)
 {
     if (!keep->existing) return;
-    ca_say(stderr,
-           "caustica: %s is there already, of a render that did not end or is at work: --resume goes on from it; "
-           "this render keeps %s\n",
-           keep->existing, keep->path);
+    if (!keep->resume)
+        ca_say(stderr,
+               "caustica: %s is there already, of a render that did not end or is at work: --resume goes on from it; "
+               "this render keeps %s\n",
+               keep->existing, keep->path);
+    else if (keep->others)
+        ca_say(stderr, "caustica: goes on from %s, the newest; older ones stay: %s\n", keep->existing, keep->others);
+    else if (!quiet)
+        ca_say(stderr, "caustica: goes on from %s\n", keep->existing);
 }
 
 void ca_keep_end(const ca_keep *keep, const ca_render_statistics *statistics)

@@ -1,6 +1,7 @@
 /* Which checkpoint a render of the command line keeps (ca_render_settings.checkpoint_path): the one that was asked
  * for, or by itself OUTPUT.checkpoint.part beside the first output. One that is there already is kept, unless the
- * render goes on from it: the new one gets a number, OUTPUT.checkpoint-2.part. */
+ * render goes on from it: the new one gets a number, OUTPUT.checkpoint-2.part. Of several numbers a render goes on from
+ * the newest. */
 #ifndef CA_CLI_KEEP_H
 #define CA_CLI_KEEP_H
 
@@ -11,16 +12,19 @@ typedef struct ca_keep {
     double seconds;     /* --checkpoint-every; 0: by itself */
     bool resume;
     char *path;     /* owned; that is used; NULL: none */
-    char *existing; /* owned; one that is there and stays; NULL: none */
+    char *existing; /* owned; the newest that is there by itself; NULL: none, or not looked for */
+    char *others;   /* owned; ", " between those that are there beside it; NULL: none */
 } ca_keep;
 
-/* Chooses the path, and notes it as written. `first_output`: what it is named after. */
+/* Chooses the path, and notes it as written; names what killed renders left beside it. `first_output`: what it is
+ * named after. */
 ca_status ca_keep_choose(ca_keep *keep, const char *first_output, ca_places *places, ca_error *error);
 void ca_keep_destroy(ca_keep *keep);
 
 void ca_keep_fill(const ca_keep *keep, ca_render_settings *settings);
-/* Offers to go on from one that is there. */
-void ca_keep_tell(const ca_keep *keep);
+/* Offers to go on from one that is there, or says from which of them the render does; with `quiet` only where there
+ * are several. */
+void ca_keep_tell(const ca_keep *keep, bool quiet);
 /* What was rendered is written: one that was kept by itself is not needed any longer, unless the render ended early.
  * One of another render, which began since and has the same name, stays. */
 void ca_keep_end(const ca_keep *keep, const ca_render_statistics *statistics);

@@ -28,6 +28,8 @@ static void say_leftover(const char *path, void *user)
            path);
 }
 
+void ca_output_tell_leftovers(const char *path) { ca_leftovers_find(path, say_leftover, NULL); }
+
 ca_status ca_output_check_place(const char *path, ca_error *error)
 {
     struct stat info;
@@ -39,7 +41,7 @@ ca_status ca_output_check_place(const char *path, ca_error *error)
     ca_file_writer writer;
     CA_TRY(ca_file_create(&writer, path, error));
     ca_file_abandon(&writer);
-    ca_leftovers_find(path, say_leftover, NULL);
+    ca_output_tell_leftovers(path);
     return CA_OK;
 }
 

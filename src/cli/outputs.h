@@ -42,6 +42,9 @@ typedef struct ca_output_look {
 /* Can a file of this name be written here? Creates and removes a file beside it. Errors: CA_ERROR_FILE. */
 ca_status ca_output_check_place(const char *path, ca_error *error);
 
+/* Names temporary files of killed programs beside it (base/leftovers.h). */
+void ca_output_tell_leftovers(const char *path);
+
 /* Checks where several outputs, and `stats` (NULL: none), go. At most one of them may be a part file: *part_path is
  * that one, or NULL. `places` has what is read. All names are checked before any place, so that wrong usage is
  * reported before a full disk. */
