@@ -1,6 +1,6 @@
 #!/bin/bash
 # The tutorial: its scene is good, and each of its commands does what it says. And the index of documents: each is in
-# it. Speaks TAP. CA_BUILD_DIR: the build folder.
+# it; and that of scenes: it names their integrators. Speaks TAP. CA_BUILD_DIR: the build folder.
 set -u
 . tests/support/tap.sh
 build=$(cd "${CA_BUILD_DIR:?the build folder}" && pwd)
@@ -11,7 +11,7 @@ export PATH=$build:$PATH
 sed -n '/^```xml$/,/^```$/p' docs/tutorial.md | grep -v '^```' >"$folder/glass.xml"
 grep '^caustica ' docs/tutorial.md >"$folder/commands"
 count=$(wc -l <"$folder/commands")
-echo "1..$((count + 3))"
+echo "1..$((count + 4))"
 
 run_command() { cd "$folder" && sh -c "$1" </dev/null; }
 while IFS= read -r line; do check "$line" run_command "$line"; done <"$folder/commands"
@@ -40,3 +40,25 @@ all_in_index() {
     done
 }
 check "each document is in the index" all_in_index
+
+# The integrator of a scene, or of a part that it includes.
+integrator_of() {
+    local folder file
+    folder=$(dirname "$1")
+    for file in "$1" $(sed -n "s|.*<include filename=\"\([^\"]*\)\".*|$folder/\1|p" "$1"); do
+        sed -n 's/.*<integrator type="\([^"]*\)".*/\1/p' "$file"
+    done
+}
+scenes_are_as_listed() {
+    local scenes said rows=0
+    while IFS='|' read -r _ scenes _ said _; do
+        said=$(sed 's/[^`]*`\([^`]*\)`.*/\1/' <<<"$said")
+        for scene in $(grep -o '`[^`]*\.xml`' <<<"$scenes" | tr -d '`'); do
+            [ "$(integrator_of "scenes/$scene")" = "$said" ] ||
+                { echo "$scene: $(integrator_of "scenes/$scene") instead of $said"; return 1; }
+            rows=$((rows + 1))
+        done
+    done < <(grep '^| `.*\.xml`' scenes/README.md)
+    [ "$rows" -ge 35 ] || { echo "only $rows scenes"; return 1; }
+}
+check "scenes have the integrators that their list names" scenes_are_as_listed
