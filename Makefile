@@ -48,8 +48,8 @@ build: dependencies
 
 demo: build
 	@mkdir -p out
-	$(BUILD)/caustica render scenes/cornell-box/cornell-box.xml -o out/cornell-box.exr -o out/cornell-box.png
-	$(BUILD)/caustica render scenes/caustics/caustics.xml -o out/caustics.exr -o out/caustics.png
+	$(BUILD)/caustica render scenes/cornell-box/cornell-box.xml -i auto --time 4 -o out/cornell-box.exr -o out/cornell-box.png
+	$(BUILD)/caustica render scenes/caustics/caustics.xml -i auto --time 4 -o out/caustics.exr -o out/caustics.png
 	@echo "The images are:"
 	@ls -l out/cornell-box.exr out/cornell-box.png out/caustics.exr out/caustics.png
 

@@ -34,7 +34,7 @@ static void print_help(void)
     printf("\n"
            "  caustica COMMAND --help    options of a command; also: caustica help COMMAND\n"
            "  caustica --version         also: caustica version\n\n"
-           "Example: caustica render scenes/cornell-box/cornell-box.xml -o box.exr -o box.png\n"
+           "Example: caustica render scenes/cornell-box/cornell-box.xml -i auto -o box.exr -o box.png\n"
            "Exit status: 0 done, 1 failed, 2 wrong usage.\n");
 }
 

@@ -260,7 +260,7 @@ int ca_render_options_help(void)
         "mpirun -n N caustica render ... makes the same image with N processes, on one machine or several (a build "
         "with MPI); see docs/cluster.md.\n"
         "--serve: who knows the address can pause, stop and save the render. Looking costs 3 % of the time.\n"
-        "Examples: caustica render scene.xml -i ovcm:max_depth=8 --noise 2 -o image.exr -o image.png\n"
+        "Examples: caustica render scene.xml -i auto:max_depth=8 --noise 2 -o image.exr -o image.png\n"
         "          caustica render scene.xml --time 600 --serve 8080\n",
         stdout);
     return CA_EXIT_DONE;
