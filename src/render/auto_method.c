@@ -441,12 +441,19 @@ static ca_status run_rounds(chooser *c, ca_error *error)
 
 /* ---- What was chosen, in words --------------------------------------------------------------------------------- */
 
-static void write_method(const ca_tried_method *method, char *text, size_t size)
+/* The method that `plan` now has, and what a user would set to have it again. */
+static void write_method(const ca_render_plan *plan, const ca_tried_method *method, char *text, size_t size)
 {
-    const int used = snprintf(text, size, "%s%s", method->name, method->no_splats ? " without splats" : "");
-    if (method->light_paths == 0.0) return;
-    snprintf(text + used, size - (size_t)used, " with %.0f %s%s a pass", method->light_paths,
-             method->guided ? "guided " : "", ca_noun(method->light_paths, "light path", "light paths"));
+    const double radius = ca_integrator_value(plan->type, &plan->input, "radius", 0.0);
+    char light_paths[64] = "", camera_paths[48] = "", merge_radius[40] = "";
+    if (method->light_paths > 0.0)
+        snprintf(light_paths, sizeof light_paths, " with %.0f %s%s", method->light_paths,
+                 method->guided ? "guided " : "", ca_noun(method->light_paths, "light path", "light paths"));
+    if (plan->camera_paths > 1)
+        snprintf(camera_paths, sizeof camera_paths, " and %u camera paths per pixel", plan->camera_paths);
+    if (radius > 0.0) snprintf(merge_radius, sizeof merge_radius, ", merge radius %.4g", radius);
+    snprintf(text, size, "%s%s%s%s%s%s", method->name, method->no_splats ? " without splats" : "", light_paths,
+             camera_paths, method->light_paths > 0.0 ? " a pass" : "", merge_radius);
 }
 
 static void note_trials(chooser *c)
@@ -480,15 +487,15 @@ static uint32_t runner_up(const chooser *c, uint32_t best)
     return other;
 }
 
+/* Of the method that is in use. */
 static void write_reason(chooser *c, uint32_t best)
 {
     ca_method_statistics *m = &c->plan->method;
-    char method[96], why[160] = "";
+    char method[224], why[160] = "";
     const uint32_t other = runner_up(c, best);
     const double gain =
         other < c->scored ? ca_method_cost(&c->scores[other]) / ca_method_cost(&c->scores[best]) : 0.0;
-    note_trials(c);
-    write_method(&m->trials[best], method, sizeof method);
+    write_method(c->plan, &m->trials[best], method, sizeof method);
     const double percent = 100.0 * c->lost;
     if (c->loses[BDPT])
         snprintf(why, sizeof why, ", since only merges find about %.*g %% of the light", percent < 99.5 ? 2 : 3,
@@ -524,8 +531,10 @@ static ca_status choose(chooser *c, ca_error *error)
     c->plan->method.seconds = seconds_so_far(c);
     if (c->scored == 0) return use(c->plan, &finder, &c->radii, error);
     const uint32_t best = ca_method_best(c->scores, c->scored);
+    note_trials(c);
+    CA_TRY(use(c->plan, &c->methods[best], &c->radii, error));
     write_reason(c, best);
-    return use(c->plan, &c->methods[best], &c->radii, error);
+    return CA_OK;
 }
 
 static ca_status choose_by_trials(ca_render_plan *plan, ca_error *error)
