@@ -73,7 +73,8 @@ static void test_tells_radius_and_camera_paths(void **state)
     for (size_t i = 0; i < 6; i++) {
         ca_program_result r;
         const char *const name = i < 3 ? slab : "any.xml", *const integrator = integrators[i % 3];
-        RUN(&r, "render", name, "-i", integrator, "--spp=3", "--resolution=24x16", "-o", "a.pfm", "--stats", "a.json");
+        RUN(&r, "render", name, "-i", integrator, "--spp=3", "--resolution=24x16", "-o", "a.pfm", "--stats",
+            "a.json");
         assert_exit(&r, 0);
         json_t *stats = load_json(folder_of(state), "a.json");
         assert_tells_settings(stats);
@@ -94,8 +95,8 @@ static void test_time(void **state)
 {
     ca_program_result r;
     const double asked = 2.0, start = ca_clock_seconds();
-    RUN(&r, "render", caustics, "-i", "auto", "--time=2", "--threads=1", "--resolution=48x32", "-o", "a.exr", "--stats",
-        "a.json");
+    RUN(&r, "render", caustics, "-i", "auto", "--time=2", "--threads=1", "--resolution=48x32", "-o", "a.exr",
+        "--stats", "a.json");
     const double whole = ca_clock_seconds() - start;
     assert_exit(&r, 0);
     json_t *stats = load_json(folder_of(state), "a.json");

@@ -1,6 +1,7 @@
 #!/bin/bash
-# The tutorial: its scene is good, and each of its commands does what it says. Whoever begins is led to auto. And the index of documents: each is in
-# it; and that of scenes: it names their integrators. Speaks TAP. CA_BUILD_DIR: the build folder.
+# The tutorial: its scene is good, and each of its commands does what it says. Whoever begins is led to
+# auto. And the index of documents: each is in it; and that of scenes: it names their integrators. Speaks TAP.
+# CA_BUILD_DIR: the build folder.
 set -u
 . tests/support/tap.sh
 build=$(cd "${CA_BUILD_DIR:?the build folder}" && pwd)
@@ -33,15 +34,16 @@ fi
 # The tutorial's first render, that of README, and the first commands that the program and the Makefile show.
 begins_with_auto() {
     local render readme
-    grep -q '"reason": *"auto: ' "$folder/auto.json" || { echo "the tutorial's first render chooses no method"; return 1; }
+    grep -q '"reason": *"auto: ' "$folder/auto.json" ||
+        { echo "the tutorial's first render chooses no method"; return 1; }
     render=$(grep -m1 '^caustica render' "$folder/commands")
     case $render in *auto.json*) ;; *) echo "another one is first: $render"; return 1 ;; esac
     readme=$(grep -m1 '^build/caustica render' README.md)
     case $readme in *" -i "*) echo "README: $readme"; return 1 ;; esac
     awk '/^```xml$/ { on = 1; next } /^```$/ { on = 0 } on' README.md | grep -q '<integrator type="auto">' || return 1
-    caustica --help | grep '^Example: caustica render .* -i auto ' &&
-        caustica render --help | grep '^Examples: caustica render .* -i auto' && ! make -n demo | grep 'caustica render' |
-        grep -v ' -i auto '
+    caustica --help | grep '^Example: caustica render .* -i auto ' || return 1
+    caustica render --help | grep '^Examples: caustica render .* -i auto' || return 1
+    make -n demo | grep 'caustica render' >"$folder/demo" && ! grep -v ' -i auto ' "$folder/demo"
 }
 check "whoever begins is led to auto" begins_with_auto
 
