@@ -279,8 +279,8 @@ typedef struct ca_render_settings {
      * the samples, too, and with blocks=filled the memory). Without `resume` the file must not exist. The file is
      * locked against other renders (PATH.lock). One that cannot be written is told by the progress callback; the
      * render goes on, and CA_ERROR_FILE is returned if the last one failed, but of a whole render with
-     * `checkpoint_if_long`. With rays "auto" the file has what was decided, too, and the bits are those of `rays` with
-     * that file. Refused with strategies_directory. */
+     * `checkpoint_if_long`. With rays "auto" the file has what was decided, too, and the bits are those of `rays`
+     * with that file. Refused with strategies_directory. */
     const char *checkpoint_path;
     double checkpoint_seconds;
     bool checkpoint_if_long; /* only where the whole render is expected to take more than ten minutes */

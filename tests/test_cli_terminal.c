@@ -106,7 +106,8 @@ static void test_output_without_a_reader(void **state)
     char line[256];
     signal(SIGPIPE, SIG_DFL);
     setenv("P", ((const ca_program *)*state)->path, 1);
-    snprintf(line, sizeof line, "cd '%s' && { sleep 0.3; $P help 2>said; echo $? >status; } | true", folder_of(state));
+    snprintf(line, sizeof line, "cd '%s' && { sleep 0.3; $P help 2>said; echo $? >status; } | true",
+             folder_of(state));
     assert_int_equal(system(line), 0);
     snprintf(line, sizeof line,
              "cd '%s' && grep -qx 1 status && grep -qx 'caustica: standard output cannot be written' said",

@@ -186,8 +186,8 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
     return status;
 }
 
-/* A file system that does not sync folders says so. A folder that may be written but not read cannot be synced by this
- * process: no failure either. */
+/* A file system that does not sync folders says so. A folder that may be written but not read cannot be synced by
+ * this process: no failure either. */
 static ca_status sync_folder(const char *path, ca_error *error)
 {
     const char *slash = strrchr(path, '/');

@@ -1,7 +1,7 @@
 /* Which checkpoint a render of the command line keeps (ca_render_settings.checkpoint_path): the one that was asked
  * for, or by itself OUTPUT.checkpoint.part beside the first output. One that is there already is kept, unless the
- * render goes on from it: the new one gets a number, OUTPUT.checkpoint-2.part. Of several numbers a render goes on from
- * the newest. */
+ * render goes on from it: the new one gets a number, OUTPUT.checkpoint-2.part. Of several numbers a render goes on
+ * from the newest. */
 #ifndef CA_CLI_KEEP_H
 #define CA_CLI_KEEP_H
 
