@@ -47,7 +47,7 @@ static void test_signals_and_second_jobs(void **state)
                                         NULL};
     ca_program_result r, second;
     const pid_t process = ca_program_start(*state, words, -1);
-    wait_for(state, "c.part");
+    ca_program_wait_for(*state, "c.part");
     RUN(&second, "render", "ball.xml", "--spp=5", "--checkpoint=c.part", "--resume", "-o", "b.exr");
     assert_exit(&second, 1);
     assert_says(second.errors, "c.part: another render is at work with this checkpoint");
@@ -188,7 +188,7 @@ static void test_of_another_render(void **state)
     const pid_t ends = ca_program_start(*state, first, -1);
     nanosleep(&second_later, NULL);
     const pid_t dies = ca_program_start(*state, second, -1);
-    wait_for(state, "k.exr.checkpoint.part");
+    ca_program_wait_for(*state, "k.exr.checkpoint.part");
     kill(dies, SIGKILL);
     ca_program_finish(*state, dies, &r);
     ca_program_finish(*state, ends, &r);
@@ -259,7 +259,7 @@ static void test_parts(void **state)
         "render", "ball.xml", "--spp=2000000", "--replicates=2", "--checkpoint=d.part", "--checkpoint-every=0.001",
         "-o",     "e.part",   NULL};
     const pid_t process = ca_program_start(*state, long_words, -1);
-    wait_for(state, "d.part");
+    ca_program_wait_for(*state, "d.part");
     kill(process, SIGINT);
     ca_program_finish(*state, process, &r);
     assert_exit(&r, 0);

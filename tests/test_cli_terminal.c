@@ -90,7 +90,7 @@ static void test_signal_without_a_reader(void **state)
     signal(SIGPIPE, SIG_DFL); /* what the program inherits */
     assert_int_equal(pipe2(ends, O_CLOEXEC), 0);
     const pid_t process = ca_program_start(*state, words, ends[1]);
-    wait_for(state, "c.part");
+    ca_program_wait_for(*state, "c.part");
     close(ends[0]);
     close(ends[1]);
     kill(process, SIGINT);

@@ -12,7 +12,6 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -58,14 +57,6 @@ static inline bool exists(const char *folder, const char *name)
     char path[256];
     snprintf(path, sizeof path, "%s/%s", folder, name);
     return access(path, F_OK) == 0;
-}
-
-/* Up to 20 seconds, until the file is there. */
-static inline void wait_for(void **state, const char *name)
-{
-    const struct timespec pause = {.tv_nsec = 5000000};
-    for (int i = 0; i < 4000 && !exists(folder_of(state), name); i++) nanosleep(&pause, NULL);
-    assert_true(exists(folder_of(state), name));
 }
 
 static inline void assert_says(const char *text, const char *words)

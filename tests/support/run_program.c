@@ -12,6 +12,7 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -81,6 +82,15 @@ void ca_program_finish(const ca_program *program, pid_t process, ca_program_resu
     result->signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     read_text(program->folder, ".stdout", result->output, sizeof result->output);
     read_text(program->folder, ".stderr", result->errors, sizeof result->errors);
+}
+
+void ca_program_wait_for(const ca_program *program, const char *name)
+{
+    const struct timespec pause = {.tv_nsec = 5000000};
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", program->folder, name);
+    for (int i = 0; i < 4000 && access(path, F_OK) != 0; i++) nanosleep(&pause, NULL);
+    if (access(path, F_OK) != 0) fail_msg("%s does not come", name);
 }
 
 void ca_program_run(const ca_program *program, const char *const words[], ca_program_result *result)

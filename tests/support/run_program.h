@@ -31,5 +31,7 @@ void ca_program_run(const ca_program *program, const char *const words[], ca_pro
  * file in the folder where that is negative. */
 pid_t ca_program_start(const ca_program *program, const char *const words[], int error_descriptor);
 void ca_program_finish(const ca_program *program, pid_t process, ca_program_result *result);
+/* In between: until a file of that name is in the folder, up to 20 seconds. */
+void ca_program_wait_for(const ca_program *program, const char *name);
 
 #endif
