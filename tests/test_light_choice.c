@@ -83,7 +83,7 @@ static void test_choice(void **state)
 }
 
 /* The power of a sky grows with the scene; how likely a near lamp is asked, or starts a light path, does not fall
- * with it. Sky and lamp bring about the same irradiance where they are asked, and far away the lamp keeps an eighth. */
+ * with it. Near the lamp the irradiances of both decide, and far away the lamp keeps an eighth. */
 static void test_lamp_under_a_wide_sky(void **state)
 {
     (void)state;
