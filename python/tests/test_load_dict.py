@@ -29,7 +29,7 @@ MEANS = {
     "projector": [0.0177, 0.0098, 0.0059],
     "references": [0.8883, 0.6857, 0.6857],
     "roughconductor": [0.3889, 0.3828, 0.3794],
-    "roughdielectric": [0.3589, 0.3568, 0.3548],
+    "roughdielectric": [0.355, 0.3533, 0.3516],
     "roughplastic": [0.239, 0.2374, 0.2358],
     "spot": [0.0396, 0.0396, 0.0396],
     "thindielectric": [0.3602, 0.3592, 0.3583],
