@@ -118,7 +118,8 @@ static void test_frequencies(void **state)
         double observed[MANY + 1] = {0}, expected[MANY + 1], left = DRAWS;
         for (int k = 0; k < DRAWS; k++) {
             float p;
-            const uint32_t light = ca_light_tree_sample(&tree, &receiver, ca_test_random_float(&random), &p);
+            float u = ca_test_random_float(&random);
+            const uint32_t light = ca_light_tree_sample(&tree, &receiver, &u, &p);
             observed[light == CA_NONE ? MANY : light] += 1.0;
             if (light == CA_NONE) {
                 assert_true(p == 0.0f);
@@ -152,7 +153,8 @@ static void test_each_light_has_one_interval(void **state)
         uint32_t last = CA_NONE;
         for (int k = 0; k < STEPS; k++) {
             float p;
-            const uint32_t light = ca_light_tree_sample(&tree, &receiver, (float)k / STEPS, &p);
+            float u = (float)k / STEPS;
+            const uint32_t light = ca_light_tree_sample(&tree, &receiver, &u, &p);
             if (light == last || light == CA_NONE) continue;
             assert_false(seen[light]);
             seen[light] = true;

@@ -3,19 +3,18 @@
 #include "base/memory.h"
 #include "math/numeric.h"
 
-/* What of the choice among the others is the same for all, and what lights at a finite place and the others get at
- * least where there are both: none knows what is hidden, or how far away. */
+/* What of the choice among the others is the same for all: nobody knows what is hidden. */
 #define EVEN_SHARE 0.25f
-#define LEAST_SHARE 0.125f
 
 static bool is_other(const ca_light *light) { return !ca_light_falls_off(light); }
 
-/* By power among those at a finite place and among the others; `factor` of each group makes LEAST_SHARE of them. */
+/* By power among those at a finite place and among the others; `factor` of each group makes CA_LIGHT_LEAST_SHARE of
+ * them at least, where there are both. */
 static void balance(const ca_light *lights, uint32_t count, double factor[2])
 {
     double power[2] = {0.0, 0.0};
     for (uint32_t i = 0; i < count; i++) power[is_other(&lights[i])] += (double)lights[i].power;
-    const double sum = power[0] + power[1], least = (double)LEAST_SHARE;
+    const double sum = power[0] + power[1], least = (double)CA_LIGHT_LEAST_SHARE;
     for (int k = 0; k < 2; k++) {
         factor[k] = 1.0;
         if (power[0] > 0.0 && power[1] > 0.0)
@@ -41,7 +40,7 @@ static ca_status create_by_power(ca_light_choice *choice, const ca_light *lights
     return status;
 }
 
-/* By power, but for EVEN_SHARE. */
+/* By power, but for EVEN_SHARE. Their irradiance is the mean over all directions that a surface may have. */
 static ca_status create_others(ca_light_choice *choice, const ca_light *lights, uint32_t count, uint32_t other_count,
                                ca_error *error)
 {
@@ -51,12 +50,11 @@ static ca_status create_others(ca_light_choice *choice, const ca_light *lights, 
         ca_free(weights);
         return ca_fail_memory(error, "the choice among lights");
     }
-    double power = 0.0, radius = 0.0;
+    double power = 0.0;
     for (uint32_t i = 0, next = 0; i < count; i++) {
         if (!is_other(&lights[i])) continue;
         choice->others[next++] = i;
         power += (double)lights[i].power;
-        radius = (double)lights[i].scene_radius;
     }
     for (uint32_t i = 0; i < other_count; i++) {
         const double share = power > 0.0 ? (double)lights[choice->others[i]].power / power : 0.0;
@@ -64,7 +62,8 @@ static ca_status create_others(ca_light_choice *choice, const ca_light *lights, 
     }
     const ca_status status = ca_distribution_1d_create(&choice->among_others, weights, other_count, error);
     ca_free(weights);
-    choice->irradiance = (float)fmin(power / (4.0 * CA_PI_D * radius * radius), (double)FLT_MAX);
+    const double radius = (double)lights[choice->others[0]].scene_radius;
+    choice->tree.outside = (float)fmin(power / (4.0 * CA_PI_D * radius * radius), (double)FLT_MAX);
     return status;
 }
 
@@ -73,8 +72,8 @@ static ca_status create_tree(ca_light_choice *choice, const ca_light *lights, ui
     uint32_t other_count = 0;
     for (uint32_t i = 0; i < count; i++) other_count += is_other(&lights[i]);
     if (count < 2 || other_count == count) return CA_OK;
-    if (other_count > 0) CA_TRY(create_others(choice, lights, count, other_count, error));
-    return ca_light_tree_create(&choice->tree, lights, count, error);
+    CA_TRY(ca_light_tree_create(&choice->tree, lights, count, error));
+    return other_count > 0 ? create_others(choice, lights, count, other_count, error) : CA_OK;
 }
 
 ca_status ca_light_choice_create(ca_light_choice *choice, const ca_light *lights, uint32_t count, ca_error *error)
@@ -116,29 +115,12 @@ float ca_light_choice_probability(const ca_light_choice *choice, uint32_t light)
 
 /* ---- Next event ------------------------------------------------------------------------------------------------ */
 
-/* The probability that the tree is asked. */
-static float share_of_tree(const ca_light_choice *choice, const ca_light_receiver *receiver)
+/* One of the others, by the number within their share; *probability is that of all of them, and becomes its own. */
+static uint32_t choose_other(const ca_light_choice *choice, float u, float *probability)
 {
-    if (!choice->others || choice->irradiance == 0.0f) return 1.0f;
-    const float by_tree = ca_light_tree_irradiance(&choice->tree, receiver);
-    if (by_tree == 0.0f) return 0.0f;
-    return ca_clamp(by_tree / (by_tree + choice->irradiance), LEAST_SHARE, 1.0f - LEAST_SHARE);
-}
-
-/* One of the others and its probability, or CA_NONE with that of the tree; *u becomes the number within the share. */
-static uint32_t choose_part(const ca_light_choice *choice, const ca_light_receiver *receiver, float *u,
-                            float *probability)
-{
-    const float share = share_of_tree(choice, receiver);
-    if (*u < share) {
-        *u = ca_min(*u / share, CA_ONE_MINUS_EPSILON);
-        *probability = share;
-        return CA_NONE;
-    }
     float of_other;
-    *u = ca_min((*u - share) / (1.0f - share), CA_ONE_MINUS_EPSILON);
-    const uint32_t other = ca_distribution_1d_sample(&choice->among_others, *u, &of_other, NULL);
-    *probability = (1.0f - share) * of_other;
+    const uint32_t other = ca_distribution_1d_sample(&choice->among_others, u, &of_other, NULL);
+    *probability *= of_other;
     return choice->others[other];
 }
 
@@ -146,34 +128,32 @@ uint32_t ca_light_choice_sample_direct(const ca_light_choice *choice, const ca_l
                                        float *probability)
 {
     if (choice->tree.node_count == 0) return ca_light_choice_sample(choice, u, probability);
-    uint32_t light = choose_part(choice, receiver, &u, probability);
-    if (light != CA_NONE) return light;
-    float of_light;
-    light = ca_light_tree_sample(&choice->tree, receiver, u, &of_light);
-    *probability *= of_light;
-    return light;
+    const uint32_t light = ca_light_tree_sample(&choice->tree, receiver, &u, probability);
+    return light == CA_LIGHT_TREE_OUTSIDE ? choose_other(choice, u, probability) : light;
 }
 
 void ca_light_choice_sample_direct_many(const ca_light_choice *choice, ca_light_query *queries, uint32_t count)
 {
     const bool by_power = choice->tree.node_count == 0;
+    if (!by_power) ca_light_tree_sample_many(&choice->tree, queries, count);
     for (uint32_t i = 0; i < count; i++) {
         ca_light_query *q = &queries[i];
-        q->light = by_power ? ca_light_choice_sample(choice, q->u, &q->probability)
-                            : choose_part(choice, &q->receiver, &q->u, &q->probability);
+        if (by_power)
+            q->light = ca_light_choice_sample(choice, q->u, &q->probability);
+        else if (q->light == CA_LIGHT_TREE_OUTSIDE)
+            q->light = choose_other(choice, q->u, &q->probability);
     }
-    if (!by_power) ca_light_tree_sample_many(&choice->tree, queries, count);
 }
 
 float ca_light_choice_direct_probability(const ca_light_choice *choice, const ca_light_receiver *receiver,
                                          uint32_t light)
 {
     if (choice->tree.node_count == 0) return ca_light_choice_probability(choice, light);
-    const float share = share_of_tree(choice, receiver);
     for (uint32_t i = 0; i < choice->among_others.count; i++)
         if (choice->others[i] == light)
-            return (1.0f - share) * ca_distribution_1d_probability(&choice->among_others, i);
-    return share * ca_light_tree_probability(&choice->tree, receiver, light);
+            return ca_light_tree_outside_probability(&choice->tree, receiver) *
+                   ca_distribution_1d_probability(&choice->among_others, i);
+    return ca_light_tree_probability(&choice->tree, receiver, light);
 }
 
 float ca_light_choice_ratio(const ca_light_choice *choice, const ca_light_receiver *receiver, uint32_t light)

@@ -16,7 +16,6 @@ typedef struct ca_light_choice {
     ca_light_tree tree; /* without nodes: next event chooses by power, too */
     uint32_t *others;   /* lights that are not in the tree; NULL where there are none, or no tree */
     ca_distribution_1d among_others;
-    float irradiance; /* that the others bring together, W m^-2, luminance: the mean over directions of surfaces */
 } ca_light_choice;
 
 /* For `count` prepared lights; none is allowed. */

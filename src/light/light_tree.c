@@ -49,20 +49,29 @@ static inline ca_f8 weigh(const ca_light_tree_node *node, const ca_light_receive
     return ca_select8(shines, weight, zero);
 }
 
-/* One of the children, by the number that then is the one within its share; `at` becomes what is below, or CA_NONE
- * where no child can contribute. */
+static inline bool is_usable(float sum) { return sum > 0.0f && sum <= FLT_MAX; }
+
+/* The probability that the tree is asked, by the sum of the root's weights. */
+static inline float share_of_tree(const ca_light_tree *tree, float sum)
+{
+    if (tree->outside == 0.0f) return 1.0f;
+    if (!is_usable(sum)) return 0.0f;
+    return ca_clamp(sum / (sum + tree->outside), CA_LIGHT_LEAST_SHARE, 1.0f - CA_LIGHT_LEAST_SHARE);
+}
+
 typedef struct tree_walk {
     uint32_t at;
     float u, probability, around;
+    float share; /* of the tree, or of all outside */
 } tree_walk;
 
-static inline void descend(const ca_light_tree *tree, const ca_light_receiver *receiver, tree_walk *walk)
+/* One of the children, by the number that then is the one within its share; `at` becomes what is below, or CA_NONE
+ * where no child can contribute. */
+static inline void choose_child(const ca_light_tree_node *node, ca_f8 weights, ca_f8 sums, tree_walk *walk)
 {
-    const ca_light_tree_node *node = &tree->nodes[walk->at];
-    const ca_f8 weights = weigh(node, receiver, walk->around), sums = ca_sums8(weights);
     const float sum = sums[WIDTH - 1], target = walk->u * sum;
     walk->at = CA_NONE;
-    if (!(sum > 0.0f && sum <= FLT_MAX)) return;
+    if (!is_usable(sum)) return;
     /* The first whose sum is above the target; by rounding there may be none, then the last that has a weight. */
     const uint32_t some = ca_mask_bits(weights > ca_f8_all(0.0f)), above = ca_mask_bits(sums > ca_f8_all(target));
     const int chosen = above ? __builtin_ctz(above) : 31 - __builtin_clz(some);
@@ -74,32 +83,51 @@ static inline void descend(const ca_light_tree *tree, const ca_light_receiver *r
     walk->at = node->child[chosen];
 }
 
-/* Where a walk has ended. */
-static uint32_t light_of(const tree_walk *walk, float *probability)
+static inline void descend(const ca_light_tree *tree, const ca_light_receiver *receiver, tree_walk *walk)
 {
-    *probability = walk->at == CA_NONE ? 0.0f : walk->probability;
-    return walk->at == CA_NONE ? CA_NONE : walk->at - CA_LIGHT_TREE_LEAF;
+    const ca_light_tree_node *node = &tree->nodes[walk->at];
+    const ca_f8 weights = weigh(node, receiver, walk->around);
+    choose_child(node, weights, ca_sums8(weights), walk);
 }
 
-uint32_t ca_light_tree_sample(const ca_light_tree *tree, const ca_light_receiver *receiver, float u,
+/* The first step: the root also tells how likely the tree is asked. */
+static inline tree_walk start(const ca_light_tree *tree, const ca_light_receiver *receiver, float u)
+{
+    tree_walk walk = {CA_NONE, u, 1.0f, all_around(receiver), 0.0f};
+    if (tree->node_count == 0) return walk;
+    const ca_f8 weights = weigh(tree->nodes, receiver, walk.around), sums = ca_sums8(weights);
+    const float share = share_of_tree(tree, sums[WIDTH - 1]);
+    if (u < share) {
+        walk.share = share;
+        walk.u = ca_min(u / share, CA_ONE_MINUS_EPSILON);
+        choose_child(tree->nodes, weights, sums, &walk);
+    } else {
+        walk.share = 1.0f - share;
+        walk.u = ca_min((u - share) / walk.share, CA_ONE_MINUS_EPSILON);
+        walk.at = CA_LIGHT_TREE_OUTSIDE;
+    }
+    return walk;
+}
+
+/* Where a walk has ended. */
+static uint32_t light_of(const tree_walk *walk, float *u, float *probability)
+{
+    *u = walk->u;
+    *probability = walk->at == CA_NONE ? 0.0f : walk->share * walk->probability;
+    return walk->at >= CA_LIGHT_TREE_OUTSIDE ? walk->at : walk->at - CA_LIGHT_TREE_LEAF;
+}
+
+uint32_t ca_light_tree_sample(const ca_light_tree *tree, const ca_light_receiver *receiver, float *u,
                               float *probability)
 {
-    const float around = all_around(receiver);
-    tree_walk walk = {tree->node_count > 0 ? 0 : CA_NONE, u, 1.0f, around};
+    tree_walk walk = start(tree, receiver, *u);
     while (walk.at < CA_LIGHT_TREE_LEAF) descend(tree, receiver, &walk);
-    return light_of(&walk, probability);
+    return light_of(&walk, u, probability);
 }
 
 static inline void prefetch(const ca_light_tree_node *node)
 {
     for (size_t i = 0; i < sizeof *node; i += 64) __builtin_prefetch((const char *)node + i);
-}
-
-static void answer(ca_light_query *query, const tree_walk *walk)
-{
-    float probability;
-    query->light = light_of(walk, &probability);
-    query->probability *= probability;
 }
 
 /* At most ABREAST of them: all of them a level down, then those that are not at a light yet. Without a branch for
@@ -109,9 +137,11 @@ static void sample_abreast(const ca_light_tree *tree, ca_light_query *queries, u
     tree_walk walks[ABREAST];
     uint32_t under_way[ABREAST], left = 0;
     for (uint32_t i = 0; i < count; i++) {
-        walks[i] = (tree_walk){0, queries[i].u, 1.0f, all_around(&queries[i].receiver)};
+        walks[i] = start(tree, &queries[i].receiver, queries[i].u);
+        const bool is_node = walks[i].at < CA_LIGHT_TREE_LEAF;
+        prefetch(&tree->nodes[is_node ? walks[i].at : 0]);
         under_way[left] = i;
-        left += queries[i].light == CA_NONE;
+        left += is_node;
     }
     while (left > 0) {
         uint32_t kept = 0;
@@ -126,7 +156,7 @@ static void sample_abreast(const ca_light_tree *tree, ca_light_query *queries, u
         left = kept;
     }
     for (uint32_t i = 0; i < count; i++)
-        if (queries[i].light == CA_NONE) answer(&queries[i], &walks[i]);
+        queries[i].light = light_of(&walks[i], &queries[i].u, &queries[i].probability);
 }
 
 void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *queries, uint32_t count)
@@ -134,11 +164,10 @@ void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *querie
     for (uint32_t i = 0; i < count; i += ABREAST) sample_abreast(tree, queries + i, ca_min_u32(count - i, ABREAST));
 }
 
-float ca_light_tree_irradiance(const ca_light_tree *tree, const ca_light_receiver *receiver)
+float ca_light_tree_outside_probability(const ca_light_tree *tree, const ca_light_receiver *receiver)
 {
     if (tree->node_count == 0) return 0.0f;
-    const float sum = ca_sums8(weigh(&tree->nodes[0], receiver, all_around(receiver)))[WIDTH - 1];
-    return sum > 0.0f && sum <= FLT_MAX ? sum : 0.0f;
+    return 1.0f - share_of_tree(tree, ca_sums8(weigh(tree->nodes, receiver, all_around(receiver)))[WIDTH - 1]);
 }
 
 float ca_light_tree_probability(const ca_light_tree *tree, const ca_light_receiver *receiver, uint32_t light)
@@ -150,9 +179,10 @@ float ca_light_tree_probability(const ca_light_tree *tree, const ca_light_receiv
         const uint32_t node = place / WIDTH;
         const ca_f8 weights = weigh(&tree->nodes[node], receiver, around);
         const float sum = ca_sums8(weights)[WIDTH - 1];
-        if (!(sum > 0.0f && sum <= FLT_MAX)) return 0.0f;
+        if (!is_usable(sum)) return 0.0f;
         product *= weights[place % WIDTH] / sum;
         place = tree->parent[node];
+        if (place == CA_NONE) product *= share_of_tree(tree, sum);
     }
     return product;
 }

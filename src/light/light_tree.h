@@ -37,20 +37,30 @@ typedef struct ca_light_tree_node {
 
 #define CA_LIGHT_TREE_LEAF 0x80000000u
 
+/* Where either can contribute, the tree's lights and those outside of it are asked with this probability at least:
+ * nobody knows what is hidden. */
+#define CA_LIGHT_LEAST_SHARE 0.125f
+
+/* Instead of a light: one that is not in the tree. */
+#define CA_LIGHT_TREE_OUTSIDE 0xfffffffeu
+
 /* A child's place: CA_LIGHT_TREE_WIDTH * node + slot. */
 typedef struct ca_light_tree {
     ca_light_tree_node *nodes; /* the root first */
     uint32_t node_count;
     uint32_t *parent; /* [node_count]: the place of each node; the root's is CA_NONE */
     uint32_t *leaf;   /* [lights]: the place of each light, or CA_NONE for one that is not in the tree */
+    float outside;    /* irradiance, W m^-2, luminance, by the lights outside of the tree, about; 0: there are none.
+                         Their share is this over the sum with what the tree's may bring. light_choice sets it */
 } ca_light_tree;
 
 /* Over those of `count` prepared lights (less than 2^31) that are at a finite place. */
 ca_status ca_light_tree_create(ca_light_tree *tree, const ca_light *lights, uint32_t count, ca_error *error);
 void ca_light_tree_destroy(ca_light_tree *tree);
 
-/* A light and its probability; CA_NONE with 0 where none of them can contribute. */
-uint32_t ca_light_tree_sample(const ca_light_tree *tree, const ca_light_receiver *receiver, float u,
+/* A light and its probability; CA_LIGHT_TREE_OUTSIDE with that of all outside, and *u is the number within their
+ * share; CA_NONE with 0 where none of them can contribute. */
+uint32_t ca_light_tree_sample(const ca_light_tree *tree, const ca_light_receiver *receiver, float *u,
                               float *probability);
 
 /* Many receivers that ask one light each. */
@@ -60,13 +70,12 @@ typedef struct ca_light_query {
     uint32_t light;
 } ca_light_query;
 
-/* The same, to the bit, for those of `count` queries whose light is CA_NONE: `light` gets the answer, and
- * `probability` is multiplied by its probability. They go down together: the nodes of some are fetched while others
- * are computed. */
+/* The same, to the bit, for `count` queries. They go down together: the nodes of some are fetched while others are
+ * computed. */
 void ca_light_tree_sample_many(const ca_light_tree *tree, ca_light_query *queries, uint32_t count);
 
-/* What all of them may bring to the receiver, W m^-2, luminance, about; 0 where none can. */
-float ca_light_tree_irradiance(const ca_light_tree *tree, const ca_light_receiver *receiver);
+/* That the light is outside of the tree. */
+float ca_light_tree_outside_probability(const ca_light_tree *tree, const ca_light_receiver *receiver);
 
 /* Of one that is in the tree; 0 for others. Agrees with the above but for rounding. */
 float ca_light_tree_probability(const ca_light_tree *tree, const ca_light_receiver *receiver, uint32_t light);
