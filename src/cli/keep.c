@@ -5,7 +5,9 @@
 #include "base/memory.h"
 #include "cli/say.h"
 
+#include <dirent.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -33,13 +35,32 @@ static bool is_newer(const struct stat *a, const struct stat *b)
     return a->st_mtim.tv_nsec >= b->st_mtim.tv_nsec;
 }
 
+/* The numbers of all names in the folder that may be such, all numbers where it cannot be listed: to ask for a
+ * thousand names takes long on other machines' disks. */
+static void list_numbers(char *path, const char *stem, bool may_be_there[MOST_NUMBERS + 1])
+{
+    const char *slash = strrchr(stem, '/'), *base = slash ? slash + 1 : stem;
+    snprintf(path, strlen(stem) + ROOM_FOR_ENDING, "%.*s", (int)(base - stem), stem);
+    DIR *folder = opendir(slash ? path : ".");
+    for (int n = 1; n <= MOST_NUMBERS; n++) may_be_there[n] = !folder;
+    if (!folder) return;
+    for (const struct dirent *entry; (entry = readdir(folder)) != NULL;) {
+        if (strncmp(entry->d_name, base, strlen(base)) != 0) continue;
+        const char *ending = entry->d_name + strlen(base);
+        const long n = ending[0] == '-' ? strtol(ending + 1, NULL, 10) : 1;
+        if (n >= 1 && n <= MOST_NUMBERS) may_be_there[n] = true;
+    }
+    closedir(folder);
+}
+
 static numbers look(char *path, const char *stem)
 {
     numbers found = {0};
     struct stat newest = {0}, info;
+    list_numbers(path, stem, found.are_there);
     for (int n = 1; n <= MOST_NUMBERS; n++) {
         number(path, stem, n);
-        found.are_there[n] = stat(path, &info) == 0;
+        found.are_there[n] = found.are_there[n] && stat(path, &info) == 0;
         if (!found.are_there[n] && found.free == 0) found.free = n;
         if (!found.are_there[n]) continue;
         found.last = n;
