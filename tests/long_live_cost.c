@@ -116,22 +116,6 @@ static bool is_over(render *r)
     return r->over = true;
 }
 
-/* Where it serves its page. */
-static ca_live_place find_page(const render *r)
-{
-    char path[128], line[256] = "";
-    ca_live_place place;
-    snprintf(path, sizeof path, "%s/.stdout", r->program.folder);
-    for (int i = 0; i < 1000; i++, sleep_for(0.01)) {
-        FILE *file = fopen(path, "r");
-        const bool found = file && fgets(line, sizeof line, file) && ca_live_find_place(&place, line);
-        if (file) fclose(file);
-        if (found) return place;
-    }
-    fail_msg("the render prints no address: %s", line);
-    return place;
-}
-
 /* One of two at a time; the other one alone when it is over. */
 static void run_by_turns(render *a, render *b)
 {
@@ -173,7 +157,10 @@ static double one_round(void)
     double bytes = 0.0;
     start(&plain, false);
     start(&served, true);
-    const ca_live_place place = find_page(&served);
+    ca_live_place place;
+    char output[128];
+    snprintf(output, sizeof output, "%s/.stdout", served.program.folder);
+    assert_true(ca_live_wait_for_place(&place, output));
     for (int i = 0; i < WATCHERS; i++) {
         watchers[i].place = place;
         assert_int_equal(pthread_create(&watchers[i].thread, NULL, watch, &watchers[i]), 0);

@@ -145,33 +145,20 @@ static void test_noise(void **state)
     assert_intervals(state, "n.exr");
 }
 
-/* Where it serves its page; it waits for the first line of the program's output. */
-static ca_live_place find_page(void **state)
-{
-    char path[128], line[256] = "";
-    ca_live_place place;
-    snprintf(path, sizeof path, "%s/.stdout", folder_of(state));
-    for (int i = 0; i < 1200; i++, usleep(50000)) {
-        FILE *file = fopen(path, "r");
-        const bool found = file && fgets(line, sizeof line, file) && ca_live_find_place(&place, line);
-        if (file) fclose(file);
-        if (found) return place;
-    }
-    fail_msg("no address is printed: %s", line);
-    return place;
-}
-
 /* The page is there before the method is; it shows the picture, and ends the render. */
 static void test_serve(void **state)
 {
     static char answer[65536];
+    char output[128];
+    ca_live_place place;
     const char *const words[] = {"render", caustics, "-i", "auto", "--time=100", "--serve", "--resolution=48x32",
                                  "-o", "s.exr", NULL};
     ca_program_result r;
     size_t size = 0;
     const double start = ca_clock_seconds();
     const pid_t process = ca_program_start(*state, words, -1);
-    const ca_live_place place = find_page(state);
+    snprintf(output, sizeof output, "%s/.stdout", folder_of(state));
+    assert_true(ca_live_wait_for_place(&place, output));
     for (int i = 0; i < 1200 && !strstr(answer, "\"names\":[\""); i++, usleep(50000)) {
         const int client = ca_live_open(&place, "GET", "layers");
         assert_true(client >= 0);

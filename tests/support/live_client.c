@@ -19,6 +19,18 @@ bool ca_live_find_place(ca_live_place *place, const char *url)
     return true;
 }
 
+bool ca_live_wait_for_place(ca_live_place *place, const char *output)
+{
+    for (int i = 0; i < 6000; i++, usleep(10000)) {
+        char line[256];
+        FILE *file = fopen(output, "r");
+        const bool found = file && fgets(line, sizeof line, file) && ca_live_find_place(place, line);
+        if (file) fclose(file);
+        if (found) return true;
+    }
+    return false;
+}
+
 int ca_live_connect(int port)
 {
     const struct sockaddr_in place = {

@@ -13,6 +13,8 @@ typedef struct ca_live_place {
 } ca_live_place;
 
 bool ca_live_find_place(ca_live_place *place, const char *url);
+/* That which a program prints in its first line, in a file that it writes; waits for it a minute at most. */
+bool ca_live_wait_for_place(ca_live_place *place, const char *output);
 
 /* A socket that waits at most 20 s for an answer; -1: nobody listens. */
 int ca_live_connect(int port);
