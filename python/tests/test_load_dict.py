@@ -1,5 +1,6 @@
 """Scripts for Mitsuba 3 run with only the import changed: load_dict/*.py, in the manner of its documentation. What Mitsuba
-3.9.1 (scalar_rgb) makes of each is told by the mean of its picture, which is noisy to half a percent."""
+3.9.1 (scalar_rgb) makes of each is told by the mean of its picture, which is noisy to half a percent (with
+the rough dielectric, that of 4,096 samples)."""
 import pathlib
 
 import numpy as np

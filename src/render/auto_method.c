@@ -491,7 +491,7 @@ static uint32_t runner_up(const chooser *c, uint32_t best)
 static void write_reason(chooser *c, uint32_t best)
 {
     ca_method_statistics *m = &c->plan->method;
-    char method[224], why[160] = "";
+    char method[192], why[80] = "";
     const uint32_t other = runner_up(c, best);
     const double gain =
         other < c->scored ? ca_method_cost(&c->scores[other]) / ca_method_cost(&c->scores[best]) : 0.0;
