@@ -335,8 +335,8 @@ typedef struct ca_tried_method {
     bool guided;      /* its light paths start where light reaches the picture */
     double light_paths; /* in a pass of the render; 0: it has none */
     uint32_t iterations; /* of the trial */
-    /* Of an iteration, mean over pixels, over squared luminance: by the trial; of dots, by a pilot that knows them
-     * better. */
+    /* Of an iteration, mean over pixels, over squared luminance: by the trial, with that of lights which the camera
+     * sees at once or through mirrors and clear glass; of dots, by a pilot that knows them better. */
     double variance, dot_variance;
     double seconds; /* of one processor, that an iteration of the render is expected to take */
 } ca_tried_method;

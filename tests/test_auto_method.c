@@ -286,6 +286,33 @@ static void test_trial_is_as_noisy(void **state)
     ca_scene_release(wall);
 }
 
+/* A lamp over the dark: all that there is to see is shown, and is no method's noise. */
+static void test_trials_leave_out_what_is_shown(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("24") "<shape type='rectangle'><transform "
+                                      "name='to_world'><rotate x='1' angle='-90'/></transform><emitter type='area'/>"
+                                      "</shape></scene>");
+    const ca_method methods[] = {{.type = &ca_integrator_path}, {.type = &ca_integrator_ovcm}};
+    const ca_render_settings settings = auto_settings("auto:radius=0.1", 1);
+    const ca_method_radii radii = {0};
+    for (int m = 0; m < 2; m++) {
+        ca_render_plan plan;
+        ca_method_trial trial;
+        assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+        assert_int_equal(ca_method_trial_create(&trial, &plan, &methods[m], &radii, NULL, NULL), CA_OK);
+        for (int i = 0; i < 4; i++) assert_int_equal(ca_method_trial_run(&trial, NULL), CA_OK);
+        double sum = 0.0, shown = 0.0;
+        for (size_t c = 0; c < ca_trial_cell_count(&trial.cells); c++) {
+            sum += ca_method_trial_sum(&trial, c);
+            shown += ca_method_trial_shown(&trial, c);
+        }
+        assert_true(shown > 100.0 && fabs(sum) < 1e-5 * shown);
+        ca_method_trial_destroy(&trial);
+    }
+    ca_scene_release(scene);
+}
+
 /* A merge in a trial finds as many photons as one in the render: fewer over larger pixels, in a larger radius. */
 static void test_trial_merges_alike(void **state)
 {
@@ -628,6 +655,7 @@ int main(void)
         cmocka_unit_test(test_configure),
         cmocka_unit_test(test_radii),
         cmocka_unit_test(test_trial_is_as_noisy),
+        cmocka_unit_test(test_trials_leave_out_what_is_shown),
         cmocka_unit_test(test_trial_merges_alike),
         cmocka_unit_test(test_bits_are_those_of_the_method),
         cmocka_unit_test(test_choices),

@@ -103,7 +103,7 @@ static bool until_the_fourth_state(const ca_render_progress *progress, void *use
     return notes.states < 4;
 }
 
-/* A pilot with a minute's render ahead grows, from a quarter of a light path a pixel by fours, unless somebody gave
+/* A pilot with ten minutes of render ahead grows, from a quarter of a light path a pixel by fours, unless somebody gave
  * its numbers. */
 static void test_pilot_grows_with_its_time(void **state)
 {
@@ -114,7 +114,7 @@ static void test_pilot_grows_with_its_time(void **state)
         ca_render_settings_init(&settings);
         settings.integrator = "bdpm";
         settings.rays = "auto";
-        settings.seconds = given ? 1.0 : 60.0;
+        settings.seconds = given ? 1.0 : 600.0;
         settings.light_paths = given ? 40 : 0;
         settings.threads = 1;
         settings.progress = until_the_fourth_state;

@@ -28,6 +28,9 @@ static void test_cost(void **state)
     assert_int_equal(ca_method_best(scores, 2), 1);
     const ca_method_score quiet[] = {{.seconds = 3.0}, {.seconds = 1.0}, {.seconds = 2.0}};
     assert_int_equal(ca_method_best(quiet, 3), 1);
+    /* What all methods have makes them alike, and the faster one better. */
+    const ca_method_score shown = {.variance = 2.0, .common = 2.0, .shown = 7.0, .seconds = 3.0, .passes = 10.0};
+    assert_true(fabs(ca_method_cost(&shown) - 27.0) < 1e-9);
     /* After 10 passes a tenth of the variance is left, and all of the blur. */
     const ca_method_score blurred = {.variance = 2.0, .common = 2.0, .blur = 0.3, .seconds = 3.0, .passes = 10.0};
     assert_true(fabs(ca_method_cost(&blurred) - (2.0 + 10.0 * 0.3) * 3.0) < 1e-9);
@@ -224,6 +227,7 @@ static void test_dots(void **state)
         {.light = 3.0, .expected = scale * per_path, .x = 101, .y = 51},
         {.light = 3.0, .expected = scale * per_path, .x = 115, .y = 51},
         {.light = 3.0, .expected = scale * 10.0, .x = 101, .y = 51}, /* no dot */
+        {.light = 3.0, .expected = scale * per_path, .shown = true, .x = 101, .y = 51}, /* of any method */
     };
     ca_dot_light light = {.square = square,
                           .camera_paths = 1000.0,
@@ -232,9 +236,9 @@ static void test_dots(void **state)
                           .light_paths = 1.0,
                           .weight = one};
     const double each = left * 9.0 / per_path / 2000.0;
-    assert_true(fabs(ca_method_dots(samples, 4, &light) - 2.0 * each) < 1e-9);
+    assert_true(fabs(ca_method_dots(samples, 5, &light) - 2.0 * each) < 1e-9);
     light.weight = only_left;
-    assert_true(fabs(ca_method_dots(samples, 4, &light) - each) < 1e-9);
+    assert_true(fabs(ca_method_dots(samples, 5, &light) - each) < 1e-9);
 }
 
 /* With a quarter of the light paths there is a quarter of the splats, half of the samples here: 5/8 of all. */

@@ -68,6 +68,7 @@ typedef struct ca_batch {
     /* By slot. */
     ca_stream streams[CA_BATCH];
     ca_rgb radiance[CA_BATCH];
+    bool met_smooth[CA_BATCH]; /* an event that is no Dirac one; only where input.tells_shown is set */
     uint32_t work[CA_COLUMN]; /* segments traced, those that asked for visibility too */
     ca_camera_path *paths; /* borrowed: as handed in */
     ca_surface_point (*points)[3]; /* borrowed: each path's last vertices, where they are observed; else NULL */

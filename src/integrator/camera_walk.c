@@ -70,6 +70,9 @@ static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const 
     return ca_bidirectional_weight(walk->b, walk->scratch, CA_TECHNIQUE_HIT, &path, walk->points, NULL);
 }
 
+/* Did the path see the light at once or by Dirac events alone? */
+static bool is_shown(const ca_walk *w) { return w->densities[w->vertex - 1].connectable_count == 0; }
+
 /* The path's last vertex lies on the light; surface NULL: at infinity. */
 static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface *surface)
 {
@@ -83,8 +86,9 @@ static void add_hit(ca_camera_walk *walk, uint32_t light_index, const ca_surface
     if (ca_rgb_is_black(unweighted)) return;
     const float weight = hit_weight(walk, light_index, &hit, surface);
     walk->light_class = ca_factor_light(light_index);
-    if (ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, w->vertex + 1, 0, unweighted, weight) && walk->scratch->pairing)
-        ca_pairs_add_alone(walk, unweighted, weight);
+    if (!ca_camera_walk_add(walk, 0, CA_TECHNIQUE_HIT, w->vertex + 1, 0, unweighted, weight)) return;
+    if (b->input.tells_shown && is_shown(w)) walk->path->shown += weight * ca_luminance(unweighted);
+    if (walk->scratch->pairing) ca_pairs_add_alone(walk, unweighted, weight);
 }
 
 /* The path left the scene: its last vertex is a direction. */

@@ -41,6 +41,9 @@ typedef struct ca_camera_path {
     uint32_t index;    /* number of the path in its pixel */
     uint32_t segments; /* rays of both kinds; the integrator adds to it, as to the next: */
     uint32_t merges;
+    /* Luminance of lights that the path saw at once or by Dirac events alone, as far as it is in the sample's
+     * radiance: added where the input's tells_shown is set. */
+    float shown;
     ca_film_sample *sample;
 } ca_camera_path;
 
@@ -88,6 +91,7 @@ typedef struct ca_integrator_input {
      * recorded. Its crop and N_F are those of this input; its field `incomplete` is set where memory ran out. Filled
      * by integrators with begin_pixel. */
     ca_pair_film *pairs;
+    bool tells_shown; /* do camera paths tell what they see of lights? `qmcppm` never does */
     bool keeps_pairs; /* light paths are laid out as for pairs, whether or not there are any */
     const ca_path_observer *observer; /* of weights; NULL: none. `qmcppm` has none */
     const ca_emission_guide *guide; /* of light paths; NULL: as the integrator's parameters say */

@@ -30,6 +30,8 @@ void path_contribute(const path_state *state, ca_batch *batch, uint32_t slot, ca
         return;
     }
     batch->radiance[slot] = ca_rgb_add(batch->radiance[slot], contribution);
+    if (state->input.tells_shown && technique == CA_TECHNIQUE_HIT && !batch->met_smooth[slot])
+        batch->paths[slot].shown += ca_luminance(contribution);
     if (!state->images || !(weight > 0.0f)) return;
     const ca_camera_path *path = &batch->paths[slot];
     ca_technique_images_add(state->images, technique, s, technique == CA_TECHNIQUE_HIT ? 0 : 1, path->x, path->y,
@@ -171,12 +173,20 @@ static void add_emissions(const path_state *state, ca_batch *batch, ca_counters 
     }
 }
 
+/* Of each path, whether it met an event that is no Dirac one. */
+static void note_smooth(ca_batch *batch)
+{
+    for (uint32_t i = 0; i < batch->count; i++) batch->met_smooth[batch->slot[i]] |= !batch->dirac[i];
+}
+
 /* ---- The batch ------------------------------------------------------------------------------------------------- */
 
 static void trace(const path_state *state, ca_batch *batch, ca_worker *worker)
 {
     if (batch->points) keep_starts(batch);
+    if (state->input.tells_shown) memset(batch->met_smooth, 0, sizeof batch->met_smooth);
     while (batch->count > 0 && !ca_stop_asked(state->input.stop)) {
+        if (state->input.tells_shown) note_smooth(batch);
         ca_batch_intersect(batch, state->scene, worker);
         const bool last = batch->segments >= state->max_depth;
         const bool wants_bsdf = !last || batch->segments == 1;

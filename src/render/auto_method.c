@@ -6,7 +6,8 @@
 #include "noise/ray_map.h"
 #include "render/light_pilot.h"
 #include "render/method_light.h"
-#include "render/method_trial.h"
+#include "render/method_weights.h"
+#include "render/shown_light.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -16,7 +17,7 @@
 enum { PATH, NO_SPLATS, BDPT, WITHOUT_MERGES };
 _Static_assert((int)WITHOUT_MERGES <= (int)CA_PILOT_METHODS, "the pilot tells of all at once");
 
-enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
+enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64 };
 
 /* Of the time for the choice, s. */
 #define LEAST_SECONDS 0.1
@@ -26,8 +27,12 @@ enum { FIRST_ITERATIONS = 4, MOST_ITERATIONS = 64, BLUR = 2 };
 enum { MORE_LIGHT = 4 };
 #define SHARE_OF_LIGHT 0.005
 
-/* A pixel's error counts over its squared luminance plus this, as in relMSE (metrics/compare.h). */
-#define LEAST_SQUARE 0.01
+/* The pilot of lights that are seen takes about this share of the render's time, of which a second has so many of its
+ * camera paths. */
+#define SHARE_OF_SHOWN 0.005
+#define SHOWN_PATHS_OF_SECOND 1.5e6
+#define LEAST_SHOWN_PATHS 0x1p14
+#define MOST_SHOWN_PATHS 0x1p22
 
 /* Neighbours are tried of methods whose cost is within this factor of the least. */
 #define NEAR_THE_BEST 1.5
@@ -53,8 +58,8 @@ typedef struct chooser {
     ca_method_score scores[CA_MOST_METHODS];
     bool goes_on[CA_MOST_METHODS];
     uint32_t count, scored; /* methods in trial; the first so many have scores */
-    double *weights;        /* owned; of the cells */
-    ca_trial_cells cells;
+    ca_shown_light shown;
+    ca_method_weights weights;
     bool ended; /* by the caller */
 } chooser;
 
@@ -119,6 +124,12 @@ static ca_status run_light_pilot(chooser *c, ca_error *error)
     return CA_OK;
 }
 
+static ca_status run_shown_pilot(chooser *c, ca_error *error)
+{
+    const double paths = SHARE_OF_SHOWN * ca_method_expected_seconds(c->plan) * SHOWN_PATHS_OF_SECOND;
+    return ca_shown_light_find(&c->shown, c->plan, fmin(fmax(paths, LEAST_SHOWN_PATHS), MOST_SHOWN_PATHS), error);
+}
+
 static ca_status run_guide_pilot(chooser *c, uint32_t which, ca_error *error)
 {
     const ca_method methods[GUIDES] = {
@@ -138,7 +149,7 @@ static const ca_emission_guide *guide_of(const chooser *c, const ca_method *meth
 }
 
 /* They know nothing of each other. Guides are the last ones. */
-enum { LIGHT = (int)CA_MERGINGS, FIRST_GUIDE, PILOTS = FIRST_GUIDE + (int)GUIDES };
+enum { LIGHT = (int)CA_MERGINGS, SHOWN, FIRST_GUIDE, PILOTS = FIRST_GUIDE + (int)GUIDES };
 
 typedef struct pilots_task {
     chooser *c;
@@ -156,6 +167,8 @@ static void run_pilot(void *user, uint32_t index, uint32_t worker)
         task->status[index] = run_guide_pilot(c, index - FIRST_GUIDE, error);
     else if (index == LIGHT)
         task->status[index] = run_light_pilot(c, error);
+    else if (index == SHOWN)
+        task->status[index] = run_shown_pilot(c, error);
     else
         task->status[index] = ca_method_find_radius(c->plan, (ca_merging)index, &c->radii.of[index], error);
 }
@@ -178,12 +191,6 @@ static ca_status run_pilots(chooser *c, ca_error *error)
     return first_failure(task.status, task.errors, PILOTS, error);
 }
 
-static double weight_at(const void *user, uint32_t x, uint32_t y)
-{
-    const chooser *c = user;
-    return c->weights[ca_trial_cell_at(&c->cells, c->plan, x, y)];
-}
-
 static double dots_of(const chooser *c, uint32_t i, double square)
 {
     const ca_render_plan *plan = c->plan;
@@ -195,8 +202,8 @@ static double dots_of(const chooser *c, uint32_t i, double square)
         .camera_paths = c->pilot.camera_paths,
         .expected_scale = c->pilot.scale,
         .paths_of_pixel = plan->camera_paths,
-        .weight = weight_at,
-        .user = c,
+        .weight = ca_method_weight_at,
+        .user = &c->weights,
     };
     return ca_method_dots(c->pilot.samples[m], c->pilot.count, &light);
 }
@@ -225,9 +232,7 @@ static ca_status add_first(chooser *c, ca_error *error)
     const uint32_t count = ca_methods_first(methods);
     for (uint32_t i = 0; i < count; i++) CA_TRY(add_method(c, &methods[i], error));
     if (c->count == 0) return CA_ERROR_UNSUPPORTED; /* as the last one said */
-    c->cells = ca_trial_cells_of(c->plan);
-    c->weights = ca_alloc_zeroed(ca_trial_cell_count(&c->cells), sizeof *c->weights);
-    return c->weights ? CA_OK : ca_fail_memory(error, "the trials");
+    return ca_method_weights_create(&c->weights, c->plan, error);
 }
 
 static int most_log4(const ca_render_plan *plan)
@@ -307,59 +312,28 @@ static ca_status run_trials(chooser *c, uint32_t iterations, ca_error *error)
 
 /* ---- Scores ---------------------------------------------------------------------------------------------------- */
 
-/* The mean of (2 BLUR + 1)^2 pixels, fewer at the border. */
-static double blurred(const double *values, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+/* Of what is shown; the same for all methods. */
+static double shown_variance(const chooser *c)
 {
-    double sum = 0.0, count = 0.0;
-    for (uint32_t v = y < BLUR ? 0 : y - BLUR; v <= y + BLUR && v < height; v++)
-        for (uint32_t u = x < BLUR ? 0 : x - BLUR; u <= x + BLUR && u < width; u++)
-            sum += values[(size_t)v * width + u], count++;
-    return sum / count;
-}
-
-/* The luminance so far, by those that find all light; where none of them is in trial, by all. */
-static double *luminance_of(const chooser *c, ca_error *error)
-{
-    const size_t cells = ca_trial_cell_count(&c->cells);
-    double *sums = ca_alloc_zeroed(cells, sizeof *sums), iterations = 0.0;
-    bool merges = false;
-    for (uint32_t i = 0; i < c->count; i++) merges = merges || ca_method_merges(&c->methods[i]);
-    for (uint32_t i = 0; sums && i < c->count; i++)
-        if (ca_method_merges(&c->methods[i]) || !merges) {
-            for (size_t p = 0; p < cells; p++) sums[p] += ca_method_trial_sum(&c->trials[i], p);
-            iterations += c->trials[i].iterations;
-        }
-    if (!sums) ca_fail_memory(error, "the trials");
-    for (size_t p = 0; sums && p < cells; p++) sums[p] /= iterations;
-    return sums;
-}
-
-/* By the luminance of a cell, which is noisy, and of those around it, which at an edge are different. */
-static ca_status set_weights(chooser *c, ca_error *error)
-{
-    const uint32_t width = c->cells.width, height = c->cells.height;
-    double *luminance = luminance_of(c, error);
-    if (!luminance) return CA_ERROR_MEMORY;
-    for (uint32_t y = 0; y < height; y++)
-        for (uint32_t x = 0; x < width; x++) {
-            const size_t cell = (size_t)y * width + x;
-            const double here = fmax(luminance[cell], blurred(luminance, width, height, x, y));
-            c->weights[cell] = 1.0 / (here * here + LEAST_SQUARE);
-        }
-    ca_free(luminance);
-    return CA_OK;
+    const ca_shown_scale scale = {.paths_of_pixel = c->plan->camera_paths,
+                                  .least_square = CA_METHOD_LEAST_SQUARE,
+                                  .luminance = ca_method_luminance_at,
+                                  .user = &c->weights};
+    return ca_shown_light_variance(&c->shown, &scale);
 }
 
 /* Of methods that merge the pilot tells no dots: theirs are in the trial. */
-static ca_method_score score_of(const chooser *c, uint32_t i)
+static ca_method_score score_of(const chooser *c, uint32_t i, double shown)
 {
     const ca_method_trial *trial = &c->trials[i];
     const bool merges = ca_method_merges(&c->methods[i]);
-    const double square = merges ? (double)INFINITY : ca_method_trial_dot_square(trial, c->weights);
+    const double *weights = c->weights.weights;
+    const double square = merges ? (double)INFINITY : ca_method_trial_dot_square(trial, weights);
     const double seconds = ca_method_trial_seconds(trial), passes = ca_method_passes(c->plan, seconds);
-    return (ca_method_score){.variance = ca_method_trial_variance(trial, c->weights, square),
+    return (ca_method_score){.variance = ca_method_trial_variance(trial, weights, square),
                              .dots = dots_of(c, i, square),
-                             .common = ca_method_trial_variance(trial, c->weights, CA_COMMON_SQUARE),
+                             .shown = shown,
+                             .common = ca_method_trial_variance(trial, weights, CA_COMMON_SQUARE),
                              .passes = passes,
                              .blur = ca_method_trial_blur(trial, &c->radii, passes),
                              .seconds = seconds};
@@ -391,8 +365,9 @@ static void set_blurs(chooser *c)
 
 static ca_status score(chooser *c, ca_error *error)
 {
-    CA_TRY(set_weights(c, error));
-    for (uint32_t i = 0; i < c->count; i++) c->scores[i] = score_of(c, i);
+    CA_TRY(ca_method_weights_set(&c->weights, c->trials, c->count, error));
+    const double shown = shown_variance(c);
+    for (uint32_t i = 0; i < c->count; i++) c->scores[i] = score_of(c, i, shown);
     set_blurs(c);
     ca_methods_compare_noise(c->methods, c->scores, c->count);
     c->scored = c->count;
@@ -469,7 +444,7 @@ static void note_trials(chooser *c)
             .guided = c->trials[i].plan.input.guide != NULL,
             .light_paths = has_light_paths ? ca_method_light_paths(method, c->plan) : 0.0,
             .iterations = c->trials[i].iterations,
-            .variance = c->scores[i].variance,
+            .variance = c->scores[i].variance + c->scores[i].shown,
             .dot_variance = c->scores[i].dots,
             .seconds = c->scores[i].seconds,
         };
@@ -546,7 +521,8 @@ static ca_status choose_by_trials(ca_render_plan *plan, ca_error *error)
     for (uint32_t i = 0; i < CA_MOST_METHODS; i++) ca_method_trial_destroy(&c.trials[i]);
     ca_light_pilot_destroy(&c.pilot);
     for (uint32_t i = 0; i < GUIDES; i++) ca_emission_guide_destroy(c.guides[i]);
-    ca_free(c.weights);
+    ca_shown_light_destroy(&c.shown);
+    ca_method_weights_destroy(&c.weights);
     ca_free(c.trials);
     return status;
 }

@@ -40,6 +40,7 @@ typedef struct pilot_run {
     const ca_mis_rules *counts; /* of each method of the render, per camera path */
     uint32_t effort, batch;
     double weight, expected[CA_PILOT_METHODS]; /* of the path that was seen last */
+    bool shown;     /* likewise: a light that is seen at once or by Dirac events alone */
     double own_share; /* how much of its light a render with the first method finds in the very same way */
     photon seen;             /* if it is a merge; `path` NULL: it is none */
     photon *photons;         /* owned; of the group */
@@ -62,6 +63,8 @@ static void see(void *user, const ca_observed_path *observed)
         r->expected[m] = r->pilot->scale * all / here;
         r->own_share = all > 0.0 ? own / all : 0.0;
     }
+    r->shown = observed->technique == CA_TECHNIQUE_HIT &&
+               path->camera.vertices[path->camera.count - 2].connectable_count == 0;
     r->seen = (photon){.path = observed->technique == CA_TECHNIQUE_MERGE ? observed->camera : NULL,
                        .vertex = path->camera.count};
 }
@@ -100,7 +103,7 @@ static void take(void *user, uint32_t x, uint32_t y, ca_rgb unweighted)
     pilot_run *r = user;
     const double luminance = (double)ca_luminance(unweighted), light = r->weight * luminance;
     const double merged = r->seen.path ? r->own_share * luminance : 0.0;
-    const ca_light_sample sample = {.light = light, .batch = r->batch, .x = x, .y = y};
+    const ca_light_sample sample = {.light = light, .shown = r->shown, .batch = r->batch, .x = x, .y = y};
     r->pilot->light[r->batch] += light;
     if (light > 0.0 && !keep_samples(r, sample)) r->out_of_memory = true;
     if (merged > 0.0 && !keep_photon(r, merged)) r->out_of_memory = true;

@@ -10,6 +10,7 @@
 #ifndef CA_RENDER_LOST_LIGHT_H
 #define CA_RENDER_LOST_LIGHT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -17,6 +18,7 @@ typedef struct ca_light_sample {
     double light;    /* of the image, in any unit; > 0 */
     double expected; /* samples of the method in the whole render */
     double splats;   /* those of them that are in proportion to the number of light paths; 0: not asked for */
+    bool shown;      /* the light of the picture that all methods find alike: seen at once or by Dirac events alone */
     uint32_t batch;
     uint32_t x, y; /* pixel of the full film that gets it */
 } ca_light_sample;

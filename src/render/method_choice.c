@@ -76,7 +76,7 @@ void ca_methods_compare_noise(const ca_method *methods, ca_method_score *scores,
 double ca_method_cost(const ca_method_score *score)
 {
     if (score->loses_light) return (double)INFINITY;
-    const double noise = fmax(ca_method_noise(score), score->least) + NO_VARIANCE;
+    const double noise = fmax(ca_method_noise(score), score->least) + score->shown + NO_VARIANCE;
     return (noise + score->blur * score->passes) * score->seconds;
 }
 

@@ -58,7 +58,7 @@ double ca_method_dots(const ca_light_sample *samples, size_t count, const ca_dot
     for (size_t i = 0; i < count; i++) {
         const ca_light_sample *s = &samples[i];
         const double expected = s->expected + (light->light_paths - 1.0) * s->splats;
-        if (!(expected > 0.0)) continue;
+        if (s->shown || !(expected > 0.0)) continue;
         const double per_path = expected / light->expected_scale; /* Q / T */
         const double weight = light->weight(light->user, s->x, s->y), brings = s->light / per_path;
         const double value = brings / light->paths_of_pixel; /* of the pixel */

@@ -28,7 +28,8 @@ bool ca_method_loses_light(const ca_light_sample *samples, size_t count, const c
  * squared luminance), is larger than `square`, and its square counts as far as it is. `camera_paths`: of the pilot;
  * `expected_scale`: samples that the whole render makes for each that an iteration makes of a pilot's camera path
  * (passes x N_B x pixels / camera paths); `paths_of_pixel`: N_B; `light_paths`: N_F over that which the pilot was
- * asked about. What the method does not find at all is lost, and no dot. */
+ * asked about. What the method does not find at all is lost, and
+ * no dot; neither is what is shown, which is as noisy with any method (shown_light.h). */
 typedef struct ca_dot_light {
     double square, camera_paths, expected_scale, paths_of_pixel, light_paths;
     double (*weight)(const void *user, uint32_t x, uint32_t y);

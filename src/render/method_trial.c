@@ -256,6 +256,9 @@ ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *p
     trial->crop_pixels = ca_render_plan_pixels(plan);
     const bool guided = ca_integrator_value(method->type, &trial->plan.input, "guide", 0.0) != 0.0;
     trial->plan.input.guide = guided ? guide : NULL;
+    trial->plan.input.tells_shown = true;
+    trial->shown = ca_alloc_zeroed(ca_trial_cell_count(&trial->cells), sizeof *trial->shown);
+    if (!trial->shown) return ca_fail_memory(error, "the trials");
     ca_status status = method->type->create(&trial->plan.input, &trial->integrator, error);
     if (status == CA_OK) status = ca_workers_create(&trial->workers, 1, error);
     trial->workers.parallel.stop = plan->input.stop;
@@ -268,6 +271,7 @@ void ca_method_trial_destroy(ca_method_trial *trial)
     if (trial->integrator) trial->method.type->destroy(trial->integrator);
     ca_workers_destroy(&trial->workers);
     ca_free(trial->samples);
+    ca_free(trial->shown);
     *trial = (ca_method_trial){.integrator = NULL};
 }
 
@@ -302,12 +306,16 @@ static void place(const ca_method_trial *trial, uint32_t cell, uint32_t *x, uint
 }
 
 /* A sample of a pixel: the mean of its camera paths, and splats. What is no radiance is left out, as by the film. */
-static void add_sample(ca_method_trial *trial, uint32_t cell, const ca_film_sample *samples, uint32_t count)
+static void add_sample(ca_method_trial *trial, uint32_t cell, const ca_camera_path *paths, uint32_t count)
 {
     const ca_integrator_type *type = trial->method.type;
-    double sum = 0.0;
-    for (uint32_t i = 0; i < count; i++)
-        sum += (double)samples[i].filter_weight * (double)ca_luminance(samples[i].radiance) / count;
+    double sum = 0.0, shown = 0.0;
+    for (uint32_t i = 0; i < count; i++) {
+        const ca_film_sample *sample = paths[i].sample;
+        const double weight = (double)sample->filter_weight / count;
+        sum += weight * ((double)ca_luminance(sample->radiance) - (double)paths[i].shown);
+        shown += weight * (double)paths[i].shown;
+    }
     if (type->splat) {
         uint32_t x, y;
         place(trial, cell, &x, &y);
@@ -315,6 +323,7 @@ static void add_sample(ca_method_trial *trial, uint32_t cell, const ca_film_samp
     }
     const size_t cells = ca_trial_cell_count(&trial->cells);
     trial->samples[trial->iterations * cells + cell] = isfinite(sum) ? (float)sum : 0.0f;
+    if (isfinite(shown)) trial->shown[cell] += shown;
 }
 
 /* So many cells from the first, GROUP camera paths at most. */
@@ -329,7 +338,7 @@ static void trace_cells(ca_method_trial *trial, uint32_t first, uint32_t count)
         place(trial, cell, &paths[i].x, &paths[i].y);
     }
     trial->method.type->camera_paths(trial->integrator, paths, count * of_pixel, 0, trial->workers.list);
-    for (uint32_t i = 0; i < count; i++) add_sample(trial, first + i, &samples[(size_t)i * of_pixel], of_pixel);
+    for (uint32_t i = 0; i < count; i++) add_sample(trial, first + i, &paths[(size_t)i * of_pixel], of_pixel);
 }
 
 static void keep_least(double *least, double seconds, uint32_t iteration)
@@ -376,6 +385,8 @@ double ca_method_trial_sum(const ca_method_trial *trial, size_t cell)
     for (uint32_t i = 0; i < trial->iterations; i++) sum += (double)trial->samples[i * cells + cell];
     return sum;
 }
+
+double ca_method_trial_shown(const ca_method_trial *trial, size_t cell) { return trial->shown[cell]; }
 
 double ca_method_trial_variance(const ca_method_trial *trial, const double *weights, double dot_square)
 {

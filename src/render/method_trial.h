@@ -36,7 +36,10 @@ typedef struct ca_method_trial {
     ca_trial_cells cells;
     void *integrator; /* owned */
     ca_workers workers;
-    float *samples; /* owned; luminances: of all cells in an iteration, one iteration after the other */
+    /* Owned. Luminances without what is shown (ca_camera_path): of all cells in an iteration, one iteration after the
+     * other; and the sums of what is shown, over iterations, of each cell. */
+    float *samples;
+    double *shown;
     size_t capacity;
     uint32_t iterations;
     double light_seconds, camera_seconds; /* of a processor, of the fastest but the first, which warms up */
@@ -90,9 +93,11 @@ ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error);
 
 /* Of a processor, that an iteration of the render is expected to take; needs two iterations. */
 double ca_method_trial_seconds(const ca_method_trial *trial);
-/* Of a cell's luminance, over all iterations. */
+/* Of a cell's luminance, over all iterations: of all light but what is shown, and of that. */
 double ca_method_trial_sum(const ca_method_trial *trial, size_t cell);
-/* The mean over cells of weights[cell] times the variance of an iteration's luminance; needs two iterations. With a
+double ca_method_trial_shown(const ca_method_trial *trial, size_t cell);
+/* The mean over cells of weights[cell] times the variance of an iteration's luminance, without what is shown, which
+ * all methods have (shown_light.h); needs two iterations. With a
  * `dot_square` values whose square times the weight is larger count as if it were that; INFINITY: none do. */
 double ca_method_trial_variance(const ca_method_trial *trial, const double *weights, double dot_square);
 /* A square times the weight that several values are over: of larger ones the trial has met too few to tell how often
