@@ -435,14 +435,14 @@ static void test_promised_bytes(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const ca_mis_rules rules = rules_of(cases[i].kind, false, cases[i].connect);
         const ca_light_layout layout =
-            ca_light_layout_of(&rules, cases[i].wide ? SHAPES : 4096, cases[i].pairs, false);
+            ca_light_layout_of(&rules, cases[i].wide ? SHAPES : 2048, cases[i].pairs, false);
         assert_int_equal(layout.start_words * sizeof(float), cases[i].start);
         assert_int_equal(layout.vertex_words * sizeof(float), cases[i].vertex);
         assert_int_equal(layout.record_words * sizeof(float), cases[i].record);
         ca_mis_rules with_sums = rules;
         with_sums.photon_sums = true;
         const ca_light_layout wider =
-            ca_light_layout_of(&with_sums, cases[i].wide ? SHAPES : 4096, cases[i].pairs, false);
+            ca_light_layout_of(&with_sums, cases[i].wide ? SHAPES : 2048, cases[i].pairs, false);
         assert_int_equal(wider.record_words * sizeof(float), cases[i].record + 12);
     }
 }

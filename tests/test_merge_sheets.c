@@ -1,8 +1,9 @@
 /* Photons belong to the surface that they lie on. Where it is thin or meets another at an edge, others are within the
  * merge radius too: of single scattering their light is known to be none, exactly, and each view has a counterpart
- * with light in it. */
+ * with light in it. How a surface's triangles are wound changes nothing. */
 #include "support/scene_text.h"
 
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -66,9 +67,10 @@ static void check_dark_and_lit(const char *dark_view, const char *dark, const ch
 #define LEVEL "<rotate x='1' angle='-90'/>"
 #define MATT "<bsdf type='twosided'><bsdf type='diffuse'/></bsdf>"
 #define ROUGH_GLASS "<bsdf type='roughdielectric'><float name='alpha' value='0.5'/></bsdf>"
-#define LAMP                                                                                                         \
-    "<emitter type='spot'><rgb name='intensity' value='5'/><float name='cutoff_angle' value='30'/>"                  \
+#define LAMP_OF(cutoff)                                                                                              \
+    "<emitter type='spot'><rgb name='intensity' value='5'/><float name='cutoff_angle' value='" cutoff "'/>"          \
     "<transform name='to_world'><lookat origin='0,1.5,0' target='0,0,0' up='0,0,1'/></transform></emitter>"
+#define LAMP LAMP_OF("30")
 
 /* Both sides of a rectangle have the same photons, and its material lets none through. */
 static void test_leaf(void **state)
@@ -102,12 +104,43 @@ static void test_edge(void **state)
     check_dark_and_lit(foot, FLOOR_AND_WALL STEP, foot, FLOOR_AND_WALL);
 }
 
+/* A plate of rough glass over a table, as its lower face: what is lit of it ends 2 cm from what is seen of the table,
+ * on which no light falls. The two are wound apart, but light comes to both from above. */
+static void test_plate_over_table(void **state)
+{
+    (void)state;
+    static const char beside[] = VIEW("0.36,1,0", "0.36,0,0", "0.04"), lit[] = VIEW("0.2,1,0", "0.2,0,0", "0.04");
+#define TABLE SHAPE("rectangle", LEVEL, MATT) LAMP_OF("11.3")
+#define LOWER_FACE                                                                                                   \
+    SHAPE("rectangle", "<scale x='0.31'/><rotate x='1' angle='90'/><translate y='0.001'/>", ROUGH_GLASS)
+    check_dark_and_lit(beside, TABLE LOWER_FACE, lit, TABLE);
+}
+
+/* A floor of two halves; the seam lies in the middle of the view, and most of it within the radius of the seam. */
+#define HALF(middle, turn, bsdf)                                                                                     \
+    SHAPE("rectangle", "<rotate x='1' angle='" turn "'/><scale x='0.5'/><translate x='" middle "'/>", bsdf)
+#define HALVES(turn, bsdf) HALF("-0.5", "-90", bsdf) HALF("0.5", turn, bsdf) LAMP
+
+static void test_winding_changes(void **state)
+{
+    (void)state;
+    static const char seam[] = VIEW("0,1,0", "0,0,0", "0.1");
+    for (int i = 0; i < INTEGRATORS; i++) {
+        const double one = light_in(seam, HALVES("-90", MATT), integrators[i]);
+        const double other = light_in(seam, HALVES("90", MATT), integrators[i]);
+        if (!(one > 1.0 && fabs(other - one) < 1e-3 * one))
+            fail_msg("%s: %g where the winding changes, %g where it does not", integrators[i], other, one);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_leaf),
         cmocka_unit_test(test_pane),
         cmocka_unit_test(test_edge),
+        cmocka_unit_test(test_plate_over_table),
+        cmocka_unit_test(test_winding_changes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,9 +36,6 @@
 #include "path/mis.h"
 #include "photon/photon_density.h"
 
-/* Photons farther than 60 degrees from the surface's tilt belong to another surface. */
-#define CA_MERGE_MIN_COS 0.5f
-
 /* Light paths of pilots are numbered from here: no pass gets so far. */
 #define CA_PILOT_NUMBER (UINT64_C(1) << 62)
 

@@ -96,10 +96,12 @@ static void store_vertex(const ca_bidirectional *b, ca_light_walk *walk, ca_ligh
 {
     const ca_walk *w = &walk->walk;
     const bool capable = ca_vertex_is_smooth(&w->last);
+    const ca_matte_shape *shape = &b->input.scene->mattes[w->last.shape];
     walk->vertices[w->vertex] = (ca_light_vertex){.wi = w->last.wi,
                                                   .throughput = w->throughput,
                                                   .capable = capable,
-                                                  .matte = b->input.scene->mattes[w->last.shape].is_matte,
+                                                  .matte = shape->is_matte,
+                                                  .passes = shape->passes,
                                                   .point = ca_vertex_point(&w->last)};
     if (!capable || !ca_bidirectional_merges(b)) return;
     if (b->rules.photon_sums)

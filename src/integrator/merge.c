@@ -2,6 +2,7 @@
 #include "integrator/bidirectional.h"
 
 #include "base/stop.h"
+#include "path/merge_surface.h"
 
 /* ---- One merge ------------------------------------------------------------------------------------------------- */
 
@@ -74,6 +75,7 @@ enum { MERGE_QUERIES = 8 };
 
 typedef struct merge_query {
     ca_camera_walk *walk;
+    ca_merge_surface surface;
     ca_photon_query query;
     uint32_t found[CA_PHOTON_BATCH], count;
 } merge_query;
@@ -87,10 +89,10 @@ static bool find(merge_query *m)
 }
 
 /* Not too long a path, and on the same surface. */
-static inline bool may_merge(const ca_camera_walk *walk, const ca_light_record *photon)
+static inline bool may_merge(const merge_query *m, const ca_light_record *photon)
 {
-    return walk->walk.vertex + photon->index <= walk->b->max_depth &&
-           ca_dot(photon->ng, walk->walk.last.ng) >= CA_MERGE_MIN_COS;
+    return m->walk->walk.vertex + photon->index <= m->walk->b->max_depth &&
+           ca_merge_is_on_surface(&m->surface, photon);
 }
 
 static void select_photons(merge_query *m)
@@ -100,7 +102,7 @@ static void select_photons(merge_query *m)
     uint32_t kept = 0;
     for (uint32_t i = 0; i < m->count; i++) {
         const ca_light_record *photon = ca_light_record_at(store, m->found[i]);
-        if (!may_merge(m->walk, photon)) continue;
+        if (!may_merge(m, photon)) continue;
         m->found[kept++] = m->found[i];
         if (sums)
             __builtin_prefetch(ca_light_record_sums(&store->layout, photon));
@@ -142,6 +144,7 @@ void ca_merge_all(ca_camera_walk *const *walks, uint32_t count)
         if (i + MERGE_QUERIES < count) ca_photon_grid_prefetch(grid, walks[i + MERGE_QUERIES]->walk.last.position);
         if (!ca_vertex_is_smooth(&walks[i]->walk.last)) continue;
         queries[asked].walk = walks[i];
+        queries[asked].surface = ca_merge_surface_of(walks[i]->b->input.scene, &walks[i]->walk.last);
         ca_photon_query_start(&queries[asked++].query, grid, walks[i]->walk.last.position);
         if (asked < MERGE_QUERIES) continue;
         answer(queries, asked);

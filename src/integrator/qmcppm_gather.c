@@ -3,6 +3,7 @@
 #include "integrator/qmcppm.h"
 
 #include "base/stop.h"
+#include "path/merge_surface.h"
 
 #include <string.h>
 
@@ -13,6 +14,7 @@ typedef struct gather {
     const ca_camera_record *record;
     const ca_gather_vertex *vertices; /* of the record */
     const ca_gather_vertex *vertex;   /* that looks now */
+    ca_merge_surface surface;         /* there */
     ca_camera_walk walk;
     ca_pair_covariances *pairs; /* of the pixel; NULL: not wanted */
     ca_block_sample *pixel;
@@ -55,7 +57,7 @@ static bool may_merge(const gather *g, const ca_light_store *store, const ca_lig
 {
     const ca_qmcppm *q = g->q;
     if (g->vertex->vertex + photon->index > q->engine->max_depth) return false;
-    if (ca_dot(photon->ng, g->vertex->point.ng) < CA_MERGE_MIN_COS) return false;
+    if (!ca_merge_is_on_surface(&g->surface, photon)) return false;
     if (photon->index == 1 && !q->direct_photons) return false;
     return q->transport == CA_TRANSPORT_ALL ||
            ca_qmcppm_shows(q, g->vertex->dirac != 0 || photon_met_dirac(store, photon));
@@ -112,10 +114,12 @@ static void merge(gather *g, uint32_t number)
 static void start_query(gather *g, uint32_t vertex)
 {
     g->vertex = &g->vertices[vertex];
+    const ca_surface_point *point = &g->vertex->point;
+    g->surface = ca_merge_surface_at(g->q->input.scene, point->shape, point->ng, g->vertex->wi);
     g->walk.walk.vertex = g->vertex->vertex;
     g->radius = g->vertex->radius0 * g->q->shrink;
     g->made = false;
-    ca_photon_query_start_within(&g->query, g->q->engine->grid, g->vertex->point.position, g->radius);
+    ca_photon_query_start_within(&g->query, g->q->engine->grid, point->position, g->radius);
 }
 
 static bool find(gather *g)

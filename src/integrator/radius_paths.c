@@ -2,6 +2,7 @@
 
 #include "base/memory.h"
 #include "base/stop.h"
+#include "path/merge_surface.h"
 
 #include <string.h>
 
@@ -65,8 +66,8 @@ static uint32_t find(ca_radius_probe *p, const ca_photon_level *level, ca_vec3 p
 /* What a merge with the photon brings, without the disk's area; 0: nothing. */
 static float photon_light(const ca_camera_walk *walk, const ca_light_record *photon, ca_bsdf_value *value)
 {
-    if (walk->walk.vertex + photon->index > walk->b->max_depth ||
-        ca_dot(photon->ng, walk->walk.last.ng) < CA_MERGE_MIN_COS)
+    const ca_merge_surface surface = ca_merge_surface_of(walk->b->input.scene, &walk->walk.last);
+    if (walk->walk.vertex + photon->index > walk->b->max_depth || !ca_merge_is_on_surface(&surface, photon))
         return 0.0f;
     *value = ca_vertex_eval(&walk->walk.last, photon->wi, CA_FROM_CAMERA);
     const float light = ca_luminance(ca_rgb_mul(ca_rgb_mul(walk->walk.throughput, value->f), photon->throughput));

@@ -102,7 +102,8 @@ static void pack_record(const ca_light_layout *layout, const ca_light_vertex *v,
                                     .position = v->point.position,
                                     .index = index & 0x3ff,
                                     .rank = rank & 0x3ff,
-                                    .shape = v->point.shape & ((1u << CA_LIGHT_SHAPE_BITS) - 1)};
+                                    .shape = v->point.shape & ((1u << CA_LIGHT_SHAPE_BITS) - 1),
+                                    .passes = v->passes};
     memcpy(to, &record, sizeof record);
     to += sizeof record / sizeof *to;
     if (layout->connects) *to++ = v->point.position_error;

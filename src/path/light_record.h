@@ -15,7 +15,7 @@
  *     start      8   densities; 8 more for footprints and the correlation rule: light choice and area; 4 for factors
  *     densities 12   + 12 for footprints, + 4 where they follow the tilt, + 4 for densities of photons; of the last
  *                    vertex 4 less, 8 less with footprints, 12 where they follow the tilt
- *     record    52   + 4 for connections, + 4 for these in scenes of more than 4096 shapes, + 4 for pairs,
+ *     record    52   + 4 for connections, + 4 for these in scenes of more than 2048 shapes, + 4 for pairs,
  *                    + 12 for a photon's sums
  *     place     16   of a record that is not matte (scene/matte.h), for connections
  *
@@ -35,10 +35,11 @@ typedef struct ca_light_vertex {
     ca_photon_sums sums; /* where the layout has them */
     bool capable;      /* its surface can scatter smoothly: it has a record */
     bool matte;        /* its shape is (scene/matte.h) */
+    bool passes;       /* likewise */
     ca_surface_point point;
 } ca_light_vertex;
 
-enum { CA_LIGHT_SHAPE_BITS = 12 };
+enum { CA_LIGHT_SHAPE_BITS = 11 };
 
 /* What merges read comes first. */
 typedef struct ca_light_record {
@@ -48,6 +49,7 @@ typedef struct ca_light_record {
     uint32_t index : 10; /* the vertex' number in the path */
     uint32_t rank : 10;  /* records of the path before it */
     uint32_t shape : CA_LIGHT_SHAPE_BITS; /* where connections want it and it fits */
+    uint32_t passes : 1; /* its shape lets light through (scene/matte.h) */
 } ca_light_record;
 
 _Static_assert(sizeof(ca_light_record) == 52, "light_record.h promises 52 bytes");

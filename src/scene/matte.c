@@ -42,6 +42,8 @@ ca_matte_shape *ca_matte_shapes_create(const ca_shape *shapes, uint32_t count, u
     ca_matte_shape *mattes = ca_alloc_zeroed(count, sizeof *mattes);
     for (uint32_t i = 0; mattes && i < count; i++) {
         mattes[i].light = shapes[i].light;
+        mattes[i].passes =
+            ca_material_scatter(materials, shapes[i].material) & (CA_SCATTER_TRANSMISSION | CA_SCATTER_NULL);
         if (shapes[i].kind == CA_SHAPE_MESH) mattes[i].extent = shapes[i].as.mesh.extent;
         if (i >= world_count || !is_flat_mesh(&shapes[i]) || shapes[i].needs_tangents ||
             !find_reflectances(materials, shapes[i].material, textures, &mattes[i]))

@@ -15,6 +15,7 @@ typedef struct ca_matte_shape {
     bool is_matte;
     bool is_patterned;
     bool back_is_front; /* twosided: seen from the back, the frame is mirrored */
+    bool passes;        /* of any shape: light gets through it, refracted or scattered or as if nothing were there */
     float extent;       /* as the shape's; likewise: */
     uint32_t light;
     ca_rgb reflectance[2]; /* seen from the front, from the back; a one-sided material has the same twice */
