@@ -5,8 +5,8 @@
 
 static ca_matrix rigid_transform(ca_props *props)
 {
-    const ca_matrix m = ca_props_transform(props, "to_world");
-    if (!ca_import_is_rigid(&m)) ca_props_fail(props, "to_world", "can only move and rotate");
+    ca_matrix m = ca_props_transform(props, "to_world");
+    if (!ca_import_make_rigid(&m)) ca_props_fail(props, "to_world", "can only move and rotate");
     return m;
 }
 
@@ -100,7 +100,7 @@ static void import_envmap(ca_props *props, void *result)
     light->as.envmap.scale = ca_props_color(props, "scale", ca_rgb_grey(1.0f), CA_COLOR_EMISSION);
     ca_props_boolean(props, "mis_compensation", false);
     light->as.envmap.to_world = ca_props_transform(props, "to_world");
-    if (!ca_import_is_similarity(&light->as.envmap.to_world))
+    if (!ca_import_make_similarity(&light->as.envmap.to_world))
         ca_props_fail(props, "to_world", "cannot shear or stretch");
     light->as.envmap.image = ca_import_picture(props, CA_ENCODING_SRGB);
     if (ca_import_good(props->importer))

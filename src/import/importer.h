@@ -200,9 +200,12 @@ typedef void (*ca_import_then)(ca_importer *importer, void *user);
 ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then then, void *user, ca_scene_desc *desc,
                                ca_error *error);
 
-/* A map without scale or shear (it may mirror): what sensors, spots and projectors need. */
-bool ca_import_is_rigid(const ca_matrix *matrix);
-/* A rigid map times a uniform scale. */
+/* A rigid map (it may mirror) times a uniform scale, but for what is lost where matrices are written with few
+ * digits. */
 bool ca_import_is_similarity(const ca_matrix *matrix);
+/* Makes it exactly such. False: it is none, and stays as it is. */
+bool ca_import_make_similarity(ca_matrix *matrix);
+/* Likewise of a map without a scale: what sensors, spots and projectors need. */
+bool ca_import_make_rigid(ca_matrix *matrix);
 
 #endif

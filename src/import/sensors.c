@@ -41,8 +41,8 @@ ca_field_of_view ca_import_field_of_view(ca_props *props)
 
 static void set_map(ca_props *props, ca_camera_desc *sensor, bool rigid)
 {
-    const ca_matrix to_world = ca_props_transform(props, "to_world");
-    if (rigid && !ca_import_is_rigid(&to_world)) ca_props_fail(props, "to_world", "can only move and rotate");
+    ca_matrix to_world = ca_props_transform(props, "to_world");
+    if (rigid && !ca_import_make_rigid(&to_world)) ca_props_fail(props, "to_world", "can only move and rotate");
     if (!ca_affine_from_matrix(&to_world, &sensor->camera.map))
         ca_props_fail(props, "to_world", "cannot be inverted");
 }

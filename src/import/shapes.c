@@ -197,7 +197,7 @@ static void import_sphere(ca_props *props, void *result)
     ca_props_point(props, "center", center);
     shape->kind = CA_SHAPE_SPHERE;
     if (!ca_import_good(props->importer)) return;
-    if (!ca_import_is_similarity(&shape->to_world)) {
+    if (!ca_import_make_similarity(&shape->to_world)) {
         add_round_mesh(props, shape, ca_mesh_create_sphere(&mesh, center, radius, &reason), &mesh, &reason);
         return;
     }

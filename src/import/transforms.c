@@ -151,8 +151,21 @@ bool ca_import_is_similarity(const ca_matrix *m)
     return is_similarity(m, &scale);
 }
 
-bool ca_import_is_rigid(const ca_matrix *m)
+bool ca_import_make_similarity(ca_matrix *m)
+{
+    double scale = 0.0;
+    ca_matrix rigid = *m;
+    if (!is_similarity(m, &scale)) return false;
+    for (int i = 0; i < 9; i++) rigid.m[i / 3][i % 3] /= scale;
+    if (!ca_matrix_make_rigid(&rigid)) return false;
+    scale = 0.0; /* the nearest one: a third of the trace of R^T M */
+    for (int i = 0; i < 9; i++) scale += rigid.m[i / 3][i % 3] * m->m[i / 3][i % 3] / 3.0;
+    for (int i = 0; i < 9; i++) m->m[i / 3][i % 3] = scale * rigid.m[i / 3][i % 3];
+    return true;
+}
+
+bool ca_import_make_rigid(ca_matrix *m)
 {
     double scale;
-    return is_similarity(m, &scale) && fabs(scale - 1.0) <= 1e-3;
+    return is_similarity(m, &scale) && fabs(scale - 1.0) <= 1e-3 && ca_matrix_make_rigid(m);
 }

@@ -119,6 +119,21 @@ double ca_matrix_determinant3(const ca_matrix *a)
            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
+/* R becomes (R + R^-T) / 2: errors are squared by each step, so that eight end at the rounding from any error that
+ * matters. */
+bool ca_matrix_make_rigid(ca_matrix *a)
+{
+    ca_matrix r = ca_matrix_identity(), inverse;
+    for (int i = 0; i < 9; i++) r.m[i / 3][i % 3] = a->m[i / 3][i % 3];
+    for (int step = 0; step < 8; step++) {
+        if (!ca_matrix_invert(&r, &inverse)) return false;
+        for (int i = 0; i < 9; i++)
+            r.m[i / 3][i % 3] = 0.5 * (r.m[i / 3][i % 3] + inverse.m[i % 3][i / 3]);
+    }
+    for (int i = 0; i < 9; i++) a->m[i / 3][i % 3] = r.m[i / 3][i % 3];
+    return true;
+}
+
 bool ca_matrix_is_affine(const ca_matrix *a)
 {
     for (int row = 0; row < 4; row++)
