@@ -141,6 +141,35 @@ static void test_histogram(void **state)
     }
 }
 
+/* However many lobes there are, samples reach each of them: those between two nodes of the table with weights that
+ * make the integral of f there, and none of which is large. */
+static void test_lanczos_lobes(void **state)
+{
+    (void)state;
+    enum { COUNT = 1 << 20 };
+    for (int lobes = 1; lobes <= 32; lobes++) {
+        ca_filter filter = ca_filter_default(CA_RFILTER_LANCZOS);
+        filter.lobes = (float)lobes;
+        ca_filter_prepare(&filter);
+        double found[CA_FILTER_TABLE] = {0.0}, largest = 0.0;
+        for (int i = 0; i < COUNT; i++) {
+            float x = ((float)i + 0.5f) / COUNT, weight;
+            ca_filter_sample_axis(&filter, 1, &x, &weight);
+            const int cell = (int)((double)(x / filter.radius + 1.0f) * 0.5 * CA_FILTER_TABLE);
+            found[cell < CA_FILTER_TABLE ? cell : CA_FILTER_TABLE - 1] += (double)weight / COUNT;
+            largest = fmax(largest, fabs((double)weight));
+        }
+        const double width = 2.0 * lobes / CA_FILTER_TABLE;
+        for (int i = 0; i < CA_FILTER_TABLE; i++) {
+            const double exact = integrate(&filter, i * width - lobes, (i + 1) * width - lobes, false);
+            if (!(fabs(found[i] - exact) < 1e-4))
+                fail_msg("%d lobes, cell %d: %g, not %g", lobes, i, found[i], exact);
+        }
+        const double ideal = integrate(&filter, -lobes, lobes, true);
+        if (!(largest < 1.75 * ideal)) fail_msg("%d lobes: a weight of %g, where %g do", lobes, largest, ideal);
+    }
+}
+
 static void test_names(void **state)
 {
     (void)state;
@@ -153,7 +182,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_eval),      cmocka_unit_test(test_values), cmocka_unit_test(test_weights),
-        cmocka_unit_test(test_histogram), cmocka_unit_test(test_names),
+        cmocka_unit_test(test_histogram), cmocka_unit_test(test_lanczos_lobes),
+        cmocka_unit_test(test_names),
     };
     return cmocka_run_group_tests_name("filter", tests, NULL, NULL);
 }

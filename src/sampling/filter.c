@@ -77,6 +77,27 @@ static double integral_of(const ca_filter *filter)
     return 2.0 * sum * width / 3.0;
 }
 
+/* Mean of |f| around a node, weighted by a tent over its two intervals: of Lanczos, whose zeros may lie at
+ * neighbouring nodes with a lobe between them that the values there know nothing of. */
+static float mean_at(const ca_filter *filter, uint32_t node)
+{
+    enum { STEPS = 64 };
+    const double x = (double)node_position(filter, node), width = 2.0 * (double)filter->radius / CA_FILTER_TABLE;
+    double sum = 0.0;
+    for (int i = 0; i < 2 * STEPS; i++) {
+        const double offset = (i + 0.5) / STEPS - 1.0, distance = fabs(x + offset * width);
+        if (distance < (double)filter->radius)
+            sum += (1.0 - fabs(offset)) * (double)fabsf(shape_of(filter, (float)distance));
+    }
+    return (float)(sum / STEPS);
+}
+
+static float density_at(const ca_filter *filter, uint32_t node)
+{
+    if (filter->kind == CA_RFILTER_LANCZOS) return mean_at(filter, node);
+    return fabsf(shape_of(filter, fabsf(node_position(filter, node))));
+}
+
 void ca_filter_prepare(ca_filter *filter)
 {
     if (filter->kind == CA_RFILTER_LANCZOS) filter->radius = filter->lobes;
@@ -85,8 +106,7 @@ void ca_filter_prepare(ca_filter *filter)
     filter->integral = (float)integral_of(filter);
 
     double cumulative[CA_FILTER_TABLE + 1] = {0.0};
-    for (uint32_t i = 0; i <= CA_FILTER_TABLE; i++)
-        filter->nodes[i] = fabsf(shape_of(filter, fabsf(node_position(filter, i))));
+    for (uint32_t i = 0; i <= CA_FILTER_TABLE; i++) filter->nodes[i] = density_at(filter, i);
     for (uint32_t i = 0; i < CA_FILTER_TABLE; i++)
         cumulative[i + 1] = cumulative[i] + (double)filter->nodes[i] + (double)filter->nodes[i + 1];
     const double total = cumulative[CA_FILTER_TABLE];
@@ -136,7 +156,8 @@ static uint32_t find_interval(const ca_filter *filter, float u)
 
 /* Inverts the integral of the piecewise-linear density: within an interval with densities a and b at its ends, the
  * mass up to t of it is proportional to a t + (b - a) t^2 / 2. The density used is |f| up to the curvature between
- * nodes, so that weights are nearly +1 and -1 (times a constant), and their mean is exactly 1. */
+ * nodes (of Lanczos also up to its lobes, where these are as narrow as two intervals), so that weights are nearly +1
+ * and -1 (times a constant), and their mean is exactly 1. */
 static float sample_table(const ca_filter *filter, float u, float *weight)
 {
     const uint32_t i = find_interval(filter, u);
