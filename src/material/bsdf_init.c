@@ -60,13 +60,21 @@ static void init_principled(ca_bxdf *bxdf, const ca_material *leaf, lookup at)
     bxdf->as.principled.clearcoat_rate = leaf->as.principled.clearcoat_rate;
 }
 
+/* The share of samples, before Fresnel, for a boundary's reflection, by how much comes from there and from below it:
+ * at this point, since a mean over a texture may be next to nothing where there is a lot. */
+static float boundary_share(float boundary, float below)
+{
+    return boundary + below > 0.0f ? boundary / (boundary + below) : 0.5f;
+}
+
 static void init_plastic(ca_bxdf *bxdf, const ca_material_plastic *plastic, lookup at)
 {
     bxdf->as.plastic.diffuse = color_or(at, plastic->diffuse, 0.5f);
     bxdf->as.plastic.specular = color_or(at, plastic->specular, 1.0f);
     bxdf->as.plastic.eta = plastic->eta;
     bxdf->as.plastic.internal_transmittance = plastic->internal_transmittance;
-    bxdf->as.plastic.specular_weight = plastic->specular_weight;
+    bxdf->as.plastic.specular_weight =
+        boundary_share(ca_luminance(bxdf->as.plastic.specular), ca_luminance(bxdf->as.plastic.diffuse));
     bxdf->as.plastic.nonlinear = plastic->nonlinear;
 }
 
@@ -77,7 +85,8 @@ static void init_rough_plastic(ca_bxdf *bxdf, const ca_material *leaf, lookup at
     bxdf->as.rough_plastic.specular = color_or(at, layers->specular, 1.0f);
     bxdf->as.rough_plastic.eta = layers->eta;
     bxdf->as.rough_plastic.internal_transmittance = layers->internal_transmittance;
-    bxdf->as.rough_plastic.specular_weight = layers->specular_weight;
+    bxdf->as.rough_plastic.specular_weight =
+        boundary_share(ca_luminance(bxdf->as.rough_plastic.specular), ca_luminance(bxdf->as.rough_plastic.diffuse));
     bxdf->as.rough_plastic.nonlinear = layers->nonlinear;
     bxdf->as.rough_plastic.facets = facets_at(&leaf->as.rough_plastic.facets, at);
     bxdf->as.rough_plastic.transmittance = leaf->as.rough_plastic.transmittance;
@@ -180,7 +189,9 @@ static void init_coat(ca_coat *coat, const ca_material *node, lookup at)
     coat->eta = node->as.coating.eta;
     coat->specular = color_or(at, node->as.coating.specular, 1.0f);
     coat->absorption = ca_rgb_scale(sigma_a, node->as.coating.thickness);
-    coat->specular_weight = node->as.coating.specular_weight;
+    /* The colour that absorption leaves most of: what lies below may be bright in it. */
+    const float least = ca_min(coat->absorption.r, ca_min(coat->absorption.g, coat->absorption.b));
+    coat->specular_weight = boundary_share(ca_rgb_max(coat->specular), expf(-2.0f * least));
     coat->transmittance = node->as.coating.transmittance;
     if (coat->transmittance) coat->facets = facets_at(&node->as.coating.facets, at);
 }

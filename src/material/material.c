@@ -51,14 +51,6 @@ static float mean_luminance_or(const ca_texture *textures, ca_texture_id id, flo
     return id == CA_NONE ? fallback : ca_luminance(ca_texture_mean(textures, id));
 }
 
-/* Share of a plastic's samples for its coat, before Fresnel: by the brightness of coat and base. */
-static float plastic_specular_weight(const ca_material_plastic *plastic, const ca_texture *textures)
-{
-    const float specular = mean_luminance_or(textures, plastic->specular, 1.0f);
-    const float diffuse = mean_luminance_or(textures, plastic->diffuse, 0.5f);
-    return specular + diffuse > 0.0f ? specular / (specular + diffuse) : 0.5f;
-}
-
 /* The table is for one roughness: the mean, where it varies. */
 static ca_status prepare_rough_plastic(ca_material *material, const ca_texture *textures, ca_error *error)
 {
@@ -68,17 +60,13 @@ static ca_status prepare_rough_plastic(ca_material *material, const ca_texture *
     struct ca_rough_transmittance *table = ca_rough_transmittance_create(facets->distribution, alpha, layers->eta);
     if (!table) return ca_fail_memory(error, "a rough plastic's transmittance");
     material->as.rough_plastic.transmittance = table;
-    layers->specular_weight = plastic_specular_weight(layers, textures);
     layers->internal_transmittance = ca_rough_transmittance_from_inside(table);
     return CA_OK;
 }
 
-/* The boundary's share of the samples: the more, the darker the coat makes what lies below. */
 static ca_status prepare_coating(ca_material *material, const ca_texture *textures, ca_error *error)
 {
     const ca_material_facets *facets = &material->as.coating.facets;
-    const float sigma_a = mean_luminance_or(textures, material->as.coating.sigma_a, 0.0f);
-    material->as.coating.specular_weight = 1.0f / (expf(-2.0f * sigma_a * material->as.coating.thickness) + 1.0f);
     if (facets->alpha_u == CA_NONE) return CA_OK;
     const float alpha = fmaxf(mean_luminance_or(textures, facets->alpha_u, 0.0f), CA_MATERIAL_MIN_ALPHA);
     material->as.coating.transmittance =
@@ -92,7 +80,6 @@ ca_status ca_material_prepare(ca_material *material, const ca_texture *textures,
     if (material->kind == CA_MATERIAL_ROUGH_PLASTIC) return prepare_rough_plastic(material, textures, error);
     if (material->kind != CA_MATERIAL_PLASTIC) return CA_OK;
     ca_material_plastic *plastic = &material->as.plastic;
-    plastic->specular_weight = plastic_specular_weight(plastic, textures);
     plastic->internal_transmittance = ca_fresnel_diffuse_transmittance(1.0f / plastic->eta);
     return CA_OK;
 }

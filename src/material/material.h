@@ -50,7 +50,7 @@ typedef uint32_t ca_material_id;
     ROW(BLEND, "blendbsdf", .as.blend = {CA_NONE, CA_NONE, CA_NONE})                                                 \
     ROW(BUMP, "bumpmap", .as.bump = {CA_NONE, CA_NONE, 1.0f, {true, true}})                                          \
     ROW(NORMAL_MAP, "normalmap", .as.normal_map = {CA_NONE, CA_NONE, {true, true}, false})                           \
-    ROW(COATING, "coating", .as.coating = {CA_NONE, CA_NONE, CA_NONE, 1.0f, 1.0f, CA_NO_FACETS, 0.0f, NULL})
+    ROW(COATING, "coating", .as.coating = {CA_NONE, CA_NONE, CA_NONE, 1.0f, 1.0f, CA_NO_FACETS, NULL})
 
 #define CA_MATERIAL_ENUMERATOR(KIND, ...) CA_MATERIAL_##KIND,
 typedef enum ca_material_kind {
@@ -69,7 +69,7 @@ typedef struct ca_material_plastic {
     ca_texture_id diffuse, specular;
     float eta; /* interior over exterior index */
     bool nonlinear;
-    float internal_transmittance, specular_weight; /* made by ca_material_prepare */
+    float internal_transmittance; /* made by ca_material_prepare */
 } ca_material_plastic;
 
 /* What a bump or normal map does about normals that no real surface could have (bsdf.h). */
@@ -161,8 +161,7 @@ typedef struct ca_material {
             ca_texture_id specular, sigma_a; /* factor on the reflection; absorption per length */
             float eta, thickness;            /* eta: interior over exterior index */
             ca_material_facets facets;       /* no alpha_u: a smooth coat */
-            float specular_weight;           /* made by ca_material_prepare, as is the next */
-            struct ca_rough_transmittance *transmittance; /* owned; NULL: a smooth coat */
+            struct ca_rough_transmittance *transmittance; /* owned, by ca_material_prepare; NULL: a smooth coat */
         } coating;
     } as;
 } ca_material;
