@@ -267,13 +267,55 @@ static void test_parts(void **state)
     assert_says(r.errors, " ends in the middle of a replicate of 1000000 passes: it adds up with no other part\n");
 }
 
+static json_t *stats_of_merge(void **state, const char *file)
+{
+    json_t *stats = load_json(folder_of(state), file), *gaps = json_incref(json_object_get(stats, "passes_missing"));
+    json_decref(stats);
+    return gaps;
+}
+
+static int64_t end_of_gap(const json_t *gaps, size_t gap, size_t end)
+{
+    return json_integer_value(json_array_get(json_array_get(gaps, gap), end));
+}
+
+/* A sum of some passes says which they are: not as if those between the first and the last one were all there. */
+static void test_gaps(void **state)
+{
+    static const char *const ranges[] = {"0:1", "2:4", "5:6"}, *const files[] = {"0.part", "2.part", "5.part"};
+    ca_program_result r;
+    for (int i = 0; i < 3; i++) {
+        RUN(&r, "render", "ball.xml", "--passes", ranges[i], "-o", files[i]);
+        assert_exit(&r, 0);
+    }
+    RUN(&r, "merge", "5.part", "0.part", "2.part", "-o", "sum.part", "--stats=sum.json");
+    assert_exit(&r, 0);
+    assert_says(r.output, "3 parts, passes 0:1, 2:4 and 5:6 (missing between them: 1:2 and 4:5), 4 samples");
+    json_t *gaps = stats_of_merge(state, "sum.json");
+    assert_int_equal(json_array_size(gaps), 2);
+    assert_true(end_of_gap(gaps, 0, 0) == 1 && end_of_gap(gaps, 0, 1) == 2);
+    assert_true(end_of_gap(gaps, 1, 0) == 4 && end_of_gap(gaps, 1, 1) == 5);
+    json_decref(gaps);
+    RUN(&r, "render", "ball.xml", "--passes=1:2", "-o", "1.part");
+    RUN(&r, "merge", "sum.part", "1.part", "-o", "most.part", "--stats=most.json");
+    assert_exit(&r, 0);
+    assert_says(r.output, "2 parts, passes 0:4 and 5:6 (missing between them: 4:5), 5 samples per pixel");
+    RUN(&r, "render", "ball.xml", "--passes=4:5", "-o", "4.part");
+    RUN(&r, "merge", "4.part", "most.part", "-o", "all.exr", "--stats=all.json");
+    assert_exit(&r, 0);
+    assert_says(r.output, "2 parts, passes 0:6, 6 samples per pixel");
+    gaps = stats_of_merge(state, "all.json");
+    assert_true(json_is_array(gaps) && json_array_size(gaps) == 0);
+    json_decref(gaps);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_kills),     PROGRAM_TEST(test_signals_and_second_jobs), PROGRAM_TEST(test_names_by_itself),
         PROGRAM_TEST(test_full_disk), PROGRAM_TEST(test_changed_texture),         PROGRAM_TEST(test_parts),
         PROGRAM_TEST(test_of_another_render), PROGRAM_TEST(test_newest_number),
-        PROGRAM_TEST(test_leftovers_of_numbers),
+        PROGRAM_TEST(test_leftovers_of_numbers), PROGRAM_TEST(test_gaps),
     };
     return run_program_tests("checkpoints", tests, sizeof tests / sizeof tests[0]);
 }

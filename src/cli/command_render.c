@@ -14,7 +14,11 @@
 
 static ca_output_files output_files(const ca_render_options *o)
 {
-    return (ca_output_files){o->outputs.items, o->outputs.count, o->look, o->layers, o->stats};
+    return (ca_output_files){.paths = o->outputs.items,
+                             .count = o->outputs.count,
+                             .look = o->look,
+                             .layers = o->layers,
+                             .stats = o->stats};
 }
 
 /* What was rendered is written also where the render could not write a file of its own. */

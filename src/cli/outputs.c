@@ -180,7 +180,10 @@ ca_status ca_outputs_write(const ca_output_files *files, const ca_image_layers *
     ca_error reason = {""};
     ca_status all = write_images(files, image, error);
     if (files->stats)
-        ca_output_note(&all, error, ca_stats_write_render(files->stats, image, statistics, &reason), &reason);
+        ca_output_note(&all, error,
+                       ca_stats_write_render(files->stats, image, statistics, files->ranges, files->range_count,
+                                             &reason),
+                       &reason);
     return all;
 }
 

@@ -6,6 +6,7 @@
 #include "cli/layer_choice.h"
 #include "cli/options.h"
 #include "cli/places.h"
+#include "film/pass_part.h"
 #include "metrics/tone.h"
 
 /* How .png shows a picture: values times 2^exposure under a tone curve (metrics/tone.h). Zeros are the plain picture,
@@ -74,6 +75,8 @@ typedef struct ca_output_files {
     ca_output_look look;
     ca_layer_choice layers;
     const char *stats; /* NULL: none */
+    const ca_pass_range *ranges; /* borrowed; of parts with gaps between them: the passes that are there; else none */
+    size_t range_count;
 } ca_output_files;
 
 /* Writes the image, with the layers that are chosen, to all of them but a part file, and the numbers. One that cannot

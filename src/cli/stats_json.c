@@ -143,12 +143,28 @@ static bool set_render(json_t *root, const ca_image_layers *image, const ca_rend
            set(root, "method", method_json(&s->method)) && set(root, "notes", notes_json(s));
 }
 
+/* What lies between ranges of passes, each half open. */
+static json_t *gaps_json(const ca_pass_range *ranges, size_t range_count)
+{
+    json_t *list = json_array();
+    bool complete = list != NULL;
+    for (size_t i = 1; i < range_count && complete; i++) {
+        const uint64_t gap[2] = {ranges[i - 1].end, ranges[i].begin};
+        complete = json_array_append_new(list, range_json(gap)) == 0;
+    }
+    if (complete) return list;
+    json_decref(list);
+    return NULL;
+}
+
 ca_status ca_stats_write_render(const char *path, const ca_image_layers *image, const ca_render_statistics *s,
-                                ca_error *error)
+                                const ca_pass_range *ranges, size_t range_count, ca_error *error)
 {
     ca_json_begin();
     json_t *root = json_object();
-    const bool complete = set_render(root, image, s);
+    const bool known = s->passes[1] > 0;
+    const bool complete = set_render(root, image, s) &&
+                          set(root, "passes_missing", known ? gaps_json(ranges, range_count) : json_null());
     return ca_json_write(path, root, complete, error);
 }
 

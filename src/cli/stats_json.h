@@ -2,13 +2,16 @@
 #ifndef CA_CLI_STATS_JSON_H
 #define CA_CLI_STATS_JSON_H
 
+#include "film/pass_part.h"
 #include "metrics/compare.h"
 #include "metrics/image_metrics.h"
 
 /* How the image was made, as its attributes say (settings_json.h), and the statistics; `non_finite` counts samples by
- * technique, `notes` are those of the scene. null: not known, as are the settings where there is no image (NULL). */
+ * technique, `notes` are those of the scene. null: not known, as are the settings where there is no image (NULL).
+ * `ranges`: of passes with gaps between them, in order; 0 of them: there are no gaps. */
 ca_status ca_stats_write_render(const char *path, const ca_image_layers *image,
-                                const ca_render_statistics *statistics, ca_error *error);
+                                const ca_render_statistics *statistics, const ca_pass_range *ranges,
+                                size_t range_count, ca_error *error);
 
 /* One picture that was compared with the reference. */
 typedef struct ca_compared_image {

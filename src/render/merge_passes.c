@@ -308,3 +308,27 @@ ca_status ca_merge_passes(const char *const *paths, size_t count, const char *pa
     ca_free(m.ranges);
     return status;
 }
+
+static ca_status add_ranges_of(merge *m, const char *path, ca_error *error)
+{
+    ca_pass_reader reader;
+    CA_TRY(ca_pass_reader_open(&reader, path, error));
+    ca_status status = CA_OK;
+    for (size_t i = 0; i < reader.part.range_count && status == CA_OK; i++)
+        status = add_range(m, path, reader.part.ranges[i], error);
+    ca_pass_reader_close(&reader);
+    return status;
+}
+
+ca_status ca_merge_ranges(const char *const *paths, size_t count, ca_pass_range **ranges, size_t *range_count,
+                          ca_error *error)
+{
+    merge m = {.first_path = NULL};
+    ca_status status = CA_OK;
+    for (size_t i = 0; i < count && status == CA_OK; i++) status = add_ranges_of(&m, paths[i], error);
+    if (status == CA_OK) status = join_ranges(&m, error);
+    *ranges = m.sum.ranges;
+    *range_count = m.sum.range_count;
+    ca_free(m.ranges);
+    return status;
+}
