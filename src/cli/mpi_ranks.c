@@ -4,37 +4,45 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #ifdef CA_HAS_MPI
 #include <mpi.h>
 #endif
 
-/* A number that a launcher has left in the environment, at least `minimum`; -1: it has not. */
-static ca_status read_launched(const char *const names[], int minimum, int *number, ca_error *error)
+/* What a launcher has left in the environment. */
+typedef struct launch {
+    int rank, size;        /* -1: it is not there */
+    const char *size_name; /* of the variable that has the size; NULL: none */
+} launch;
+
+/* The first of these variables that is set, a number of at least `minimum`. *found (NULL: not wanted) is its name. */
+static ca_status read_launched(const char *const names[], int minimum, int *number, const char **found,
+                               ca_error *error)
 {
     *number = -1;
     for (; *names; names++) {
         const char *text = getenv(*names);
         ca_error reason = {""};
         if (!text || !*text) continue;
+        if (found) *found = *names;
         if (ca_value_integer(text, minimum, number, &reason) == CA_OK) return CA_OK;
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%s in the environment: %.900s", *names, reason.message);
     }
     return CA_OK;
 }
 
-/* `size`: of processes that were started together; 1: there is one, or nobody knows of others. PMIx has no such
- * variable. */
-static ca_status read_launch(int *rank, int *size, ca_error *error)
+/* The size is 1 where nobody knows of others. SLURM_STEP_NUM_TASKS counts what srun has started, and is not there in
+ * a batch script, as SLURM_NTASKS is; mpirun, which may use srun, tells its own numbers, which count first. */
+static ca_status read_launch(launch *l, ca_error *error)
 {
     static const char *const numbers[] = {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK", NULL};
-    static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", NULL};
-    static const char *const pmix[] = {"PMIX_RANK", NULL}, *const tasks[] = {"SLURM_STEP_NUM_TASKS", NULL};
-    int pmix_rank;
-    CA_TRY(read_launched(numbers, 0, rank, error));
-    CA_TRY(read_launched(sizes, 1, size, error));
-    CA_TRY(read_launched(pmix, 0, &pmix_rank, error));
-    if (*size < 0 && pmix_rank >= 0) CA_TRY(read_launched(tasks, 1, size, error));
-    if (*size < 0) *size = 1;
+    static const char *const sizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS", NULL};
+    static const char *const tasks[] = {"SLURM_PROCID", NULL};
+    *l = (launch){0};
+    CA_TRY(read_launched(numbers, 0, &l->rank, NULL, error));
+    CA_TRY(read_launched(sizes, 1, &l->size, &l->size_name, error));
+    if (l->size < 0) l->size = 1;
+    if (l->size > 1 && l->rank < 0) CA_TRY(read_launched(tasks, 0, &l->rank, NULL, error));
     return CA_OK;
 }
 
@@ -74,17 +82,34 @@ static void receive_bytes(void *user, const ca_rank_message *message, void *byte
     MPI_Recv(bytes, (int)message->size, MPI_BYTE, (int)message->from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
 }
 
+/* The launcher is not of this MPI, or srun has none: the processes have not found each other. */
+static ca_status check_found(const launch *l, int size, ca_error *error)
+{
+    char library[MPI_MAX_LIBRARY_VERSION_STRING];
+    int length;
+    if (size >= l->size) return CA_OK;
+    MPI_Get_library_version(library, &length);
+    library[strcspn(library, ",\n")] = '\0';
+    return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
+                   "started as %d processes (%s in the environment), of which MPI has found %d: each would make the "
+                   "whole picture, and write the same files. Start them with mpirun of the MPI of this program, "
+                   "%.100s, or with srun --mpi=pmix; processes that are to work alone: with env -u %s",
+                   l->size, l->size_name, size, library, l->size_name);
+}
+
 /* A failure of MPI ends all ranks, with its own message: that is what it does unless it is told otherwise. */
 ca_status ca_mpi_start(ca_error *error)
 {
+    launch l;
     int rank, size, level;
-    CA_TRY(read_launch(&rank, &size, error));
-    if (size < 2) return CA_OK;
-    if (rank > 0) silence();
+    CA_TRY(read_launch(&l, error));
+    if (l.size < 2) return CA_OK;
+    if (l.rank > 0) silence();
     MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &level);
     has_started = true;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &size);
+    CA_TRY(check_found(&l, size, error));
     ranks = (ca_ranks){.rank = (uint32_t)rank,
                        .count = (uint32_t)size,
                        .send = send_bytes,
@@ -105,14 +130,15 @@ const ca_ranks *ca_mpi_ranks(void) { return ranks.count > 1 ? &ranks : NULL; }
 
 ca_status ca_mpi_start(ca_error *error)
 {
-    int rank, size;
-    CA_TRY(read_launch(&rank, &size, error));
-    if (size < 2) return CA_OK;
-    if (rank > 0) silence();
+    launch l;
+    CA_TRY(read_launch(&l, error));
+    if (l.size < 2) return CA_OK;
+    if (l.rank > 0) silence();
     return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
-                   "started as %d processes, but this program was built without MPI: they would all make the same "
-                   "picture",
-                   size);
+                   "started as %d processes (%s in the environment), but this program was built without MPI: each "
+                   "would make the whole picture, and write the same files. Start one; processes that are to work "
+                   "alone: with env -u %s",
+                   l.size, l.size_name, l.size_name);
 }
 
 void ca_mpi_end(void) {}
