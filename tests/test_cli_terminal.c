@@ -242,6 +242,36 @@ static void test_signal_saves(void **state)
     assert_exit(&r, 0);
 }
 
+/* A range of passes that begins later has no picture: that is said, each time, also where little is printed. */
+static void test_signal_without_a_picture(void **state)
+{
+    static const char *const words[][9] = {
+        {"render", "ball.xml", "-o", "a.part", "--passes=4:1000000", "--time=300", "--checkpoint=c.part",
+         "--checkpoint-every=0.01", NULL},
+        {"render", "ball.xml", "-oa.part", "-iqmcppm", "--blocks=1:1000000", "--quiet", "--checkpoint=d.part",
+         "--checkpoint-every=0.01", NULL},
+    };
+    static const char *const checkpoints[] = {"c.part", "d.part"}, *const kinds[] = {"passes", "blocks"};
+    for (int i = 0; i < 2; i++) {
+        ca_program_result r;
+        char text[16384], says[128];
+        int master;
+        snprintf(says, sizeof says, "warning: SIGUSR1 has nothing to write: an image needs all %s from 0", kinds[i]);
+        const pid_t process = start_on_terminal(state, 200, words[i], &master);
+        ca_program_wait_for(*state, checkpoints[i]);
+        for (int sent = 0; sent < 2; sent++) {
+            kill(process, SIGUSR1);
+            read_until(master, says, text, sizeof text);
+        }
+        kill(process, SIGTERM);
+        read_until(master, NULL, text, sizeof text);
+        ca_program_finish(*state, process, &r);
+        close(master);
+        assert_exit(&r, 0);
+        assert_true(exists(folder_of(state), "a.part"));
+    }
+}
+
 /* Everything the program writes to a terminal of this width. */
 static size_t read_terminal(void **state, unsigned short columns, const char *end, const char *value, char *text,
                             size_t size)
@@ -506,6 +536,7 @@ int main(void)
         PROGRAM_TEST(test_term_in_a_long_pass),
         PROGRAM_TEST(test_system_signals_end_with_an_image),
         PROGRAM_TEST(test_signal_saves),
+        PROGRAM_TEST(test_signal_without_a_picture),
         PROGRAM_TEST(test_progress_line),
         PROGRAM_TEST(test_noise_and_bar_fit),
         PROGRAM_TEST(test_loading),

@@ -79,6 +79,16 @@ static void print_summary(const ca_render_options *o, const ca_image_layers *ima
     if (o->stats) ca_say(stdout, "wrote %s\n", o->stats);
 }
 
+/* Why a range of passes or blocks has no image; NULL: it has one. */
+static const char *why_no_image(const ca_render_settings *settings)
+{
+    if (settings->has_blocks && settings->blocks[0] > 0)
+        return "an image needs all blocks from 0, and the part file is written at the end of the render";
+    if (settings->has_passes && settings->passes[0] > 0)
+        return "an image needs all passes from 0, and the part file is written at the end of the render";
+    return NULL;
+}
+
 static ca_status start_live_view(const ca_render_options *o, ca_live_view *view, ca_error *error)
 {
     const ca_live_view_settings settings = {
@@ -89,6 +99,7 @@ static ca_status start_live_view(const ca_render_options *o, ca_live_view *view,
         .scene = o->scene,
         .threads = o->settings.threads,
         .files = output_files(o),
+        .no_image = why_no_image(&o->settings),
     };
     return ca_live_view_start(view, &settings, !o->quiet, error);
 }

@@ -89,6 +89,14 @@ static void tell_failure(ca_live_view *view, const char *failure)
     view->told_failure = failure != NULL;
 }
 
+/* Of a render that makes no picture. */
+static void refuse_to_save(ca_live_view *view)
+{
+    if (!ca_signals_take_save()) return;
+    ca_progress_clear(&view->line);
+    ca_say(stderr, "caustica: warning: SIGUSR1 has nothing to write: %s\n", view->settings.no_image);
+}
+
 /* What "save" of the page does, for SIGUSR1. Waits for a picture where there is none yet. */
 static void save_for_signal(ca_live_view *view, const ca_render_progress *progress)
 {
@@ -96,6 +104,7 @@ static void save_for_signal(ca_live_view *view, const ca_render_progress *progre
     ca_render_statistics statistics = {.size = sizeof statistics};
     ca_error error = {""};
     char message[1200];
+    if (view->settings.no_image) refuse_to_save(view);
     if (!progress->snapshot || !ca_signals_take_save()) return;
     ca_progress_clear(&view->line);
     if (progress->gather) progress->gather(progress);

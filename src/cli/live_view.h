@@ -15,6 +15,7 @@ typedef struct ca_live_view_settings {
     const char *scene;
     uint32_t threads;    /* 0: one per processor */
     ca_output_files files; /* what "save" and SIGUSR1 write */
+    const char *no_image;  /* why there never is an image to save; NULL: there is one after the first pass */
 } ca_live_view_settings;
 
 typedef struct ca_live_view {
