@@ -30,19 +30,20 @@ json_t *ca_json_text(const char *text)
     return value;
 }
 
-ca_status ca_json_write(const char *path, json_t *root, bool complete, ca_error *error)
+/* jansson does not say why it gave up: the stream knows of a write that failed, and all else is memory. */
+static ca_status write_root(const char *path, const json_t *root, ca_error *error)
 {
     ca_file_writer writer;
-    ca_status status = root && complete ? CA_OK : ca_fail_memory(error, path);
-    if (status == CA_OK) status = ca_file_create(&writer, path, error);
-    if (status == CA_OK) {
-        if (json_dumpf(root, writer.stream, JSON_INDENT(2)) == 0 && fputc('\n', writer.stream) != EOF) {
-            status = ca_file_commit(&writer, error);
-        } else {
-            ca_file_abandon(&writer);
-            status = ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot write this file", path);
-        }
-    }
+    CA_TRY(ca_file_create(&writer, path, error));
+    const bool dumped = json_dumpf(root, writer.stream, JSON_INDENT(2)) == 0 && fputc('\n', writer.stream) != EOF;
+    if (dumped || ferror(writer.stream)) return ca_file_commit(&writer, error); /* it finds the cause */
+    ca_file_abandon(&writer);
+    return ca_fail_memory(error, path);
+}
+
+ca_status ca_json_write(const char *path, json_t *root, bool complete, ca_error *error)
+{
+    const ca_status status = root && complete ? write_root(path, root, error) : ca_fail_memory(error, path);
     json_decref(root);
     return status;
 }
