@@ -1,7 +1,10 @@
 #define _POSIX_C_SOURCE 200809L
 #include "support/random_kills.h"
 
+#include "film/part_stream.h"
+#include "film/pass_part.h"
 #include "image/layers.h"
+#include "support/program_test.h"
 #include "support/scene_text.h"
 
 #include <setjmp.h>
@@ -101,20 +104,98 @@ static void render_at_once(const ca_program *program, const ca_kill_job *job)
     run(program, words);
 }
 
-void expect_kills_lose_nothing(const ca_program *program, const ca_kill_job *job, ca_test_random *random)
+static void unlink_checkpoint(const ca_program *program)
 {
-    const char *words[MOST_WORDS];
     char path[256];
     snprintf(path, sizeof path, "%s/kept.part", program->folder);
     unlink(path);
-    for (int i = 0; i < job->kills;) {
-        if (run_and_kill(program, job, random))
+}
+
+/* ---- What a checkpoint holds ----------------------------------------------------------------------------------- */
+
+static bool has_checkpoint(const ca_program *program) { return exists(program->folder, "kept.part"); }
+
+static uint64_t passes_in(const char *path)
+{
+    ca_pass_reader reader;
+    ca_error error = {""};
+    if (ca_pass_reader_open(&reader, path, &error) != CA_OK) fail_msg("%s", error.message);
+    const uint64_t passes = ca_pass_part_passes(&reader.part);
+    ca_pass_reader_close(&reader);
+    return passes;
+}
+
+static uint64_t blocks_in(const char *path)
+{
+    ca_part part;
+    ca_error error = {""};
+    if (ca_part_read(path, &part, &error) != CA_OK) fail_msg("%s", error.message);
+    const uint64_t blocks = part.blocks[1] - part.blocks[0];
+    ca_part_destroy(&part);
+    return blocks;
+}
+
+/* Passes or blocks in the checkpoint; 1 of a render that chooses its numbers of rays, whose file has some iterations
+ * but says only to the render how many. 0: there is none. */
+static uint64_t amount_kept(const ca_program *program)
+{
+    char path[256];
+    FILE *stream;
+    uint64_t size, format;
+    ca_error error = {""};
+    if (!has_checkpoint(program)) return 0;
+    snprintf(path, sizeof path, "%s/kept.part", program->folder);
+    if (ca_part_open(path, &stream, &size, &format, &error) != CA_OK) fail_msg("%s", error.message);
+    fclose(stream);
+    if (format == CA_JOINED_PART_FORMAT) return 1;
+    return format == CA_PASS_PART_FORMAT ? passes_in(path) : blocks_in(path);
+}
+
+/* One that begins anew has the same picture in the end: only what it says of its beginning tells. */
+static void expect_resumed(const ca_program *program, const ca_kill_job *job, uint64_t amount)
+{
+    json_t *stats = load_json(program->folder, "kept.json");
+    const uint64_t resumed = (uint64_t)json_number(stats, "resumed");
+    json_decref(stats);
+    if (job->chooses_rays ? resumed < amount : resumed != amount)
+        fail_msg("%s: went on after %llu passes or blocks, of %llu that the checkpoint has", job->integrator,
+                 (unsigned long long)resumed, (unsigned long long)amount);
+}
+
+/* ---- All runs -------------------------------------------------------------------------------------------------- */
+
+/* Kills until one has left a checkpoint; what it has is never less than before. */
+static void kill_runs(const ca_program *program, const ca_kill_job *job, ca_test_random *random)
+{
+    enum { MOST_MORE = 100 };
+    uint64_t before = 0;
+    for (int i = 0; i < job->kills || !has_checkpoint(program);) {
+        if (i > job->kills + MOST_MORE) fail_msg("%s: no run leaves a checkpoint", job->integrator);
+        if (run_and_kill(program, job, random)) {
+            const uint64_t amount = amount_kept(program);
+            if (amount < before)
+                fail_msg("%s: of %llu passes or blocks in the checkpoint %llu are left", job->integrator,
+                         (unsigned long long)before, (unsigned long long)amount);
+            before = amount;
             i++;
-        else
-            unlink(path); /* it was done: the next one begins anew */
+        } else {
+            unlink_checkpoint(program); /* it was done: the next one begins anew */
+            before = 0;
+        }
     }
-    kept_words(job, words);
+}
+
+void expect_kills_lose_nothing(const ca_program *program, const ca_kill_job *job, ca_test_random *random)
+{
+    const char *words[MOST_WORDS];
+    unlink_checkpoint(program);
+    kill_runs(program, job, random);
+    const uint64_t amount = amount_kept(program);
+    int count = kept_words(job, words);
+    words[count++] = "--stats=kept.json";
+    words[count] = NULL;
     run(program, words);
+    expect_resumed(program, job, amount);
     render_at_once(program, job);
     if (hash_of(program, "one.exr") != hash_of(program, "kept.exr"))
         fail_msg("%s: after %d kills another image", job->integrator, job->kills);

@@ -14,7 +14,8 @@ typedef struct ca_kill_job {
 } ca_kill_job;
 
 /* Renders it at once, and again with the kills, each run with another number of threads; fails the test where the two
- * images differ. Where numbers of rays are chosen, at once means by the record of what was killed. */
+ * images differ, where a checkpoint has less than the one before it, or where the last run does not go on from all
+ * that its checkpoint has. Where numbers of rays are chosen, at once means by the record of what was killed. */
 void expect_kills_lose_nothing(const ca_program *program, const ca_kill_job *job, ca_test_random *random);
 
 #endif
