@@ -9,7 +9,8 @@
  * from its vertex' plane, by the one formula for planes and spheres. It is in double precision: a pixel is some
  * thousandths of a millimetre, behind radii of hundreds. There are no reflections and there is no dispersion: every
  * surface lets all light through, and has one index of refraction. Light that falls on a surface outside of its
- * aperture is absorbed. */
+ * aperture is absorbed, and so is light where surfaces cross: where it would have to go back to the next one.
+ * Surfaces may touch, in a point or everywhere. */
 #ifndef CA_CAMERA_LENS_H
 #define CA_CAMERA_LENS_H
 
@@ -18,7 +19,7 @@
 
 typedef struct ca_lens_surface {
     double radius;    /* of curvature; 0: a plane */
-    double thickness; /* to the next surface's vertex along the axis; of the last one it means nothing */
+    double thickness; /* to the next surface's vertex along the axis, >= 0; of the last one it means nothing */
     double index;     /* of refraction, behind the surface; that of a stop is the index before it */
     double aperture;  /* radius of the part that lets light through, at most |radius| */
 } ca_lens_surface;
