@@ -1,9 +1,10 @@
 /* What integrator `auto` decides with: pure decisions by tables; what samples of the pilot tell of light that is lost
- * or too rare, against closed forms; and the variance of a trial without its dots. */
+ * or too rare, against closed forms; the variance of a trial without its dots; and what the error of a pixel counts. */
 #include "render/lost_light.h"
 #include "render/method_choice.h"
 #include "render/method_light.h"
 #include "render/method_trial.h"
+#include "render/method_weights.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -281,6 +282,37 @@ static void test_dot_square(void **state)
     assert_true(ca_method_trial_dot_square(&longer, weights) == 0.0);
 }
 
+/* A trial of four iterations on 16 x 16 cells of light 1, but for a cell that chance has given one bright value, one
+ * that always has such values, and one with a lamp in sight; all three far from each other. */
+static void test_weights(void **state)
+{
+    (void)state;
+    enum { WIDTH = 16, CELLS = WIDTH * WIDTH, LUCKY = 2 * WIDTH + 2, BRIGHT = 2 * WIDTH + 12, LAMP = 12 * WIDTH + 2 };
+    static float values[4 * CELLS];
+    static double shown[CELLS], weights[CELLS], luminance[CELLS];
+    for (int i = 0; i < 4 * CELLS; i++) values[i] = 1.0f;
+    for (int i = 0; i < 4; i++) values[i * CELLS + LUCKY] = i == 2 ? 80.0f : 0.0f;
+    for (int i = 0; i < 4; i++) values[i * CELLS + BRIGHT] = 20.0f;
+    shown[LAMP] = 4.0 * 7.0;
+    const ca_method_trial trial = {.method = {.type = &ca_integrator_ppm},
+                                   .cells = {WIDTH, WIDTH},
+                                   .samples = values,
+                                   .shown = shown,
+                                   .iterations = 4};
+    ca_method_weights w = {.cells = trial.cells, .weights = weights, .luminance = luminance};
+    assert_int_equal(ca_method_weights_set(&w, &trial, 1, NULL), CA_OK);
+    assert_true(fabs(luminance[CELLS - 1] - 1.0) < 1e-12 && fabs(weights[CELLS - 1] - 1.0 / 1.01) < 1e-12);
+    const double nearby = (24.0 + 20.0) / 25.0; /* of 25 cells around the lucky one, and around the bright one */
+    assert_true(fabs(luminance[LUCKY] - nearby) < 1e-12 && fabs(luminance[LUCKY + 1] - nearby) < 1e-12);
+    assert_true(fabs(luminance[BRIGHT] - 20.0) < 1e-12 && fabs(luminance[BRIGHT + 1] - nearby) < 1e-12);
+    assert_true(fabs(luminance[LAMP] - 1.0) < 1e-12 && fabs(weights[LAMP] - 1.0 / 64.01) < 1e-12);
+    /* Where nothing is known of the error, all counts that is around. */
+    const ca_method_trial once = {
+        .method = trial.method, .cells = trial.cells, .samples = values, .shown = shown, .iterations = 1};
+    assert_int_equal(ca_method_weights_set(&w, &once, 1, NULL), CA_OK);
+    assert_true(fabs(luminance[BRIGHT] - nearby) < 1e-12);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -297,6 +329,7 @@ int main(void)
         cmocka_unit_test(test_dots_of_fewer_light_paths),
         cmocka_unit_test(test_variance_without_dots),
         cmocka_unit_test(test_dot_square),
+        cmocka_unit_test(test_weights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

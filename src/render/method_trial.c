@@ -386,6 +386,17 @@ double ca_method_trial_sum(const ca_method_trial *trial, size_t cell)
     return sum;
 }
 
+double ca_method_trial_squares(const ca_method_trial *trial, size_t cell)
+{
+    const size_t cells = ca_trial_cell_count(&trial->cells);
+    double sum = 0.0;
+    for (uint32_t i = 0; i < trial->iterations; i++) {
+        const double value = (double)trial->samples[i * cells + cell];
+        sum += value * value;
+    }
+    return sum;
+}
+
 double ca_method_trial_shown(const ca_method_trial *trial, size_t cell) { return trial->shown[cell]; }
 
 double ca_method_trial_variance(const ca_method_trial *trial, const double *weights, double dot_square)

@@ -93,8 +93,10 @@ ca_status ca_method_trial_run(ca_method_trial *trial, ca_error *error);
 
 /* Of a processor, that an iteration of the render is expected to take; needs two iterations. */
 double ca_method_trial_seconds(const ca_method_trial *trial);
-/* Of a cell's luminance, over all iterations: of all light but what is shown, and of that. */
+/* Of a cell's luminance, over all iterations: of all light but what is shown, of its squares, and of what is
+ * shown. */
 double ca_method_trial_sum(const ca_method_trial *trial, size_t cell);
+double ca_method_trial_squares(const ca_method_trial *trial, size_t cell);
 double ca_method_trial_shown(const ca_method_trial *trial, size_t cell);
 /* The mean over cells of weights[cell] times the variance of an iteration's luminance, without what is shown, which
  * all methods have (shown_light.h); needs two iterations. With a

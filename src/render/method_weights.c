@@ -27,8 +27,29 @@ void ca_method_weights_destroy(ca_method_weights *weights)
     *weights = (ca_method_weights){.plan = NULL};
 }
 
+/* Over all iterations, of each cell: the light without what is shown, its squares, and what is shown. */
+typedef struct light_sums {
+    double *light, *squares, *shown;
+    double iterations;
+} light_sums;
+
+static void add_up(const ca_method_trial *trials, uint32_t count, size_t cells, light_sums *sums)
+{
+    bool merges = false;
+    for (uint32_t i = 0; i < count; i++) merges = merges || ca_method_merges(&trials[i].method);
+    for (uint32_t i = 0; i < count; i++) {
+        if (merges && !ca_method_merges(&trials[i].method)) continue;
+        for (size_t c = 0; c < cells; c++) {
+            sums->light[c] += ca_method_trial_sum(&trials[i], c);
+            sums->squares[c] += ca_method_trial_squares(&trials[i], c);
+            sums->shown[c] += ca_method_trial_shown(&trials[i], c);
+        }
+        sums->iterations += trials[i].iterations;
+    }
+}
+
 /* The mean of (2 AROUND + 1)^2 cells, fewer at the border. */
-static double blurred(const double *values, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
+static double around(const double *values, uint32_t width, uint32_t height, uint32_t x, uint32_t y)
 {
     double sum = 0.0, count = 0.0;
     for (uint32_t v = y < AROUND ? 0 : y - AROUND; v <= y + AROUND && v < height; v++)
@@ -37,46 +58,39 @@ static double blurred(const double *values, uint32_t width, uint32_t height, uin
     return sum / count;
 }
 
-/* Of the mean iteration. A cell's own value is noisy, and those around it are different at an edge. */
-static void smooth(const ca_trial_cells *cells, double iterations, const double *sums, double *luminance)
+/* Of a cell, from its own mean and the one around it. Where chance has brought a cell one bright value it would seem
+ * as bright as that, and not noisy for its light: its own mean counts as far as it is known, which is by its squared
+ * relative error, 1 over the number of bright values. At an edge those around it are different, but less of them is
+ * never right for a dark cell. */
+static double luminance(double sum, double squares, double n, double nearby)
 {
-    for (uint32_t y = 0; y < cells->height; y++)
-        for (uint32_t x = 0; x < cells->width; x++) {
-            const size_t cell = (size_t)y * cells->width + x;
-            luminance[cell] = fmax(sums[cell], blurred(sums, cells->width, cells->height, x, y)) / iterations;
-        }
-}
-
-/* The sums of the trials' cells: light without what is shown, and all. */
-static double add_up(const ca_method_trial *trials, uint32_t count, size_t cells, double *other, double *all)
-{
-    bool merges = false;
-    double iterations = 0.0;
-    for (uint32_t i = 0; i < count; i++) merges = merges || ca_method_merges(&trials[i].method);
-    for (uint32_t i = 0; i < count; i++) {
-        if (merges && !ca_method_merges(&trials[i].method)) continue;
-        for (size_t c = 0; c < cells; c++) {
-            const double sum = ca_method_trial_sum(&trials[i], c);
-            other[c] += sum;
-            all[c] += sum + ca_method_trial_shown(&trials[i], c);
-        }
-        iterations += trials[i].iterations;
-    }
-    return iterations;
+    const double mean = sum / n, square = mean * mean;
+    const double error = n > 1.0 ? (squares / n - square) / (n - 1.0) : square;
+    const double unknown = square > 0.0 ? fmin(1.0, error / square) : 0.0;
+    return fmax(nearby, mean + unknown * (nearby - mean));
 }
 
 ca_status ca_method_weights_set(ca_method_weights *weights, const ca_method_trial *trials, uint32_t count,
                                 ca_error *error)
 {
+    const uint32_t width = weights->cells.width, height = weights->cells.height;
     const size_t cells = ca_trial_cell_count(&weights->cells);
-    double *sums = ca_alloc_zeroed(2 * cells, sizeof *sums), *all = sums + cells;
-    if (!sums) return fail(error);
-    const double iterations = add_up(trials, count, cells, sums, all);
-    smooth(&weights->cells, iterations, sums, weights->luminance);
-    smooth(&weights->cells, iterations, all, weights->weights);
-    for (size_t c = 0; c < cells; c++)
-        weights->weights[c] = 1.0 / (weights->weights[c] * weights->weights[c] + CA_METHOD_LEAST_SQUARE);
-    ca_free(sums);
+    double *all = ca_alloc_zeroed(3 * cells, sizeof *all);
+    if (!all) return fail(error);
+    light_sums sums = {.light = all, .squares = all + cells, .shown = all + 2 * cells};
+    add_up(trials, count, cells, &sums);
+    const double n = sums.iterations;
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            const size_t c = (size_t)y * width + x;
+            const double other =
+                luminance(sums.light[c], sums.squares[c], n, around(sums.light, width, height, x, y) / n);
+            const double shown = fmax(sums.shown[c], around(sums.shown, width, height, x, y)) / n;
+            const double here = other + shown;
+            weights->luminance[c] = other;
+            weights->weights[c] = 1.0 / (here * here + CA_METHOD_LEAST_SQUARE);
+        }
+    ca_free(all);
     return CA_OK;
 }
 
