@@ -31,6 +31,13 @@ typedef struct ca_import_attribute {
     ca_location where;
 } ca_import_attribute;
 
+/* A texture that keeps a colour within its range, which is made of such values (attributes.c). */
+typedef struct ca_import_guard {
+    ca_texture_id id, child;
+    bool share; /* the range is [0, 1], else all that is not negative */
+    ca_location where;
+} ca_import_guard;
+
 /* What the reader of another format made for `data` to name (tree_build.h). */
 typedef struct ca_import_mesh {
     const char *name;
@@ -74,6 +81,7 @@ typedef struct ca_importer {
     size_t next_mesh, next_given_mesh, next_bitmap;
     CA_TABLE(ca_import_image) images;
     CA_TABLE(ca_import_attribute) attributes;
+    CA_TABLE(ca_import_guard) guards;
     ca_shared_meshes shared;
     ca_mesh_lender **lenders; /* of the source's meshes; NULL where one is only to be copied */
 } ca_importer;
@@ -139,6 +147,12 @@ ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *err
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);
 /* Once all meshes are there: notes where a texture is of an attribute that none of them has. */
 void ca_import_note_missing_attributes(ca_importer *importer);
+/* A texture that keeps this colour within its range, `share`: of reflectances; CA_NONE: no part of it is an
+ * attribute. */
+ca_texture_id ca_import_guard_attribute(ca_importer *importer, ca_texture_id id, bool share,
+                                        const ca_location *where);
+/* Once all meshes are there: guards that have nothing to do become what they guard, and notes tell of the others. */
+void ca_import_settle_attributes(ca_importer *importer);
 ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node);
 /* One that shapes refer to is only checked: CA_NONE. */
 uint32_t ca_import_light(ca_importer *importer, ca_xml_node *node);

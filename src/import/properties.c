@@ -284,9 +284,12 @@ static ca_texture_id nested_texture(ca_props *props, const ca_xml_node *node, ca
     if (!ca_import_good(importer) || role == CA_COLOR_INDEX || role == CA_COLOR_SIGNED) return id;
     const uint32_t picture = picture_of(importer->desc, id);
     if (picture != CA_NONE) ca_import_cut_negative(importer, picture, &node->where);
-    if (role != CA_COLOR_REFLECTANCE || !importer->is_text) return id;
-    ca_import_check_component(importer, node, largest_number(importer->desc, id), role);
-    return ca_import_good(importer) ? cut_above_one(importer, id, &node->where) : id;
+    const bool share = role == CA_COLOR_REFLECTANCE && importer->is_text;
+    if (share) ca_import_check_component(importer, node, largest_number(importer->desc, id), role);
+    if (!ca_import_good(importer)) return id;
+    const ca_texture_id guard = ca_import_guard_attribute(importer, id, share, &node->where);
+    if (guard != CA_NONE) return guard;
+    return share ? cut_above_one(importer, id, &node->where) : id;
 }
 
 ca_texture_id ca_props_texture(ca_props *props, const char *name, float fallback, ca_color_role role)

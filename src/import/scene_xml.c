@@ -362,6 +362,7 @@ static void import_scene(ca_importer *importer)
     for (const ca_xml_node *node = scene->first_child; node && ca_import_good(importer); node = node->next)
         ca_import_note_idle_emitter(importer, node);
     ca_import_note_missing_attributes(importer);
+    ca_import_settle_attributes(importer);
     const uint32_t count = importer->sensor_count;
     if (count == 0) ca_import_fail(importer, &scene->where, "the scene has no <sensor>");
     const char *camera = importer->source->camera;
@@ -480,6 +481,7 @@ ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then the
     if (status == CA_OK) finish_description(&importer);
     ca_free(importer.images.items);
     ca_free(importer.attributes.items);
+    ca_free(importer.guards.items);
     ca_shared_meshes_destroy(&importer.shared);
     ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);

@@ -100,22 +100,6 @@ static void set_attribute(ca_props *props, ca_texture *texture, const char *name
         (ca_import_attribute){texture->as.mesh_attribute.name, props->node->where};
 }
 
-static bool has_attribute(const ca_scene_desc *desc, const char *name)
-{
-    for (size_t i = 0; i < desc->meshes.count; i++)
-        if (ca_mesh_find_attribute(&desc->meshes.items[i], name)) return true;
-    return false;
-}
-
-void ca_import_note_missing_attributes(ca_importer *importer)
-{
-    for (size_t i = 0; i < importer->attributes.count && ca_import_good(importer); i++) {
-        const ca_import_attribute *attribute = &importer->attributes.items[i];
-        if (!has_attribute(importer->desc, attribute->name))
-            ca_import_note(importer, &attribute->where, "no mesh has the attribute of this texture: it is black");
-    }
-}
-
 static void import_mesh_attribute(ca_props *props, void *result)
 {
     const char *name = ca_props_string(props, "name", "");

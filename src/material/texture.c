@@ -263,15 +263,15 @@ static ca_vec2 power_gradient(const ca_texture *table, const ca_texture *texture
     return (ca_vec2){steepness * g.x, steepness * g.y};
 }
 
-static ca_rgb at_most_one(ca_rgb value)
-{
-    return (ca_rgb){fminf(value.r, 1.0f), fminf(value.g, 1.0f), fminf(value.b, 1.0f)};
-}
+static float cut_scalar(float value) { return fminf(fmaxf(value, 0.0f), 1.0f); }
+
+static ca_rgb cut(ca_rgb value) { return (ca_rgb){cut_scalar(value.r), cut_scalar(value.g), cut_scalar(value.b)}; }
 
 static ca_vec2 clamp_gradient(const ca_texture *table, const ca_texture *texture, const ca_surface *surface)
 {
     const ca_texture_id child = texture->as.clamp.child;
-    if (ca_texture_eval_scalar(table, child, surface) > 1.0f) return (ca_vec2){0.0f, 0.0f};
+    const float value = ca_texture_eval_scalar(table, child, surface);
+    if (value < 0.0f || value > 1.0f) return (ca_vec2){0.0f, 0.0f};
     return ca_texture_gradient(table, child, surface);
 }
 
@@ -328,7 +328,7 @@ ca_rgb ca_texture_eval_varying(const ca_texture *table, const ca_texture *textur
     case CA_TEXTURE_MIX: return not_negative(mix_eval(table, texture, surface));
     case CA_TEXTURE_POWER:
         return raised(ca_texture_eval(table, texture->as.power.child, surface), texture->as.power.exponent);
-    case CA_TEXTURE_CLAMP: return at_most_one(ca_texture_eval(table, texture->as.clamp.child, surface));
+    case CA_TEXTURE_CLAMP: return cut(ca_texture_eval(table, texture->as.clamp.child, surface));
     case CA_TEXTURE_MAPPED: {
         const ca_surface mapped = mapped_surface(texture, surface);
         return ca_texture_eval(table, texture->as.mapped.child, &mapped);
@@ -356,7 +356,7 @@ float ca_texture_scalar_varying(const ca_texture *table, const ca_texture *textu
         return ca_texture_eval_scalar(table, texture->as.mapped.child, &mapped);
     }
     if (texture->kind == CA_TEXTURE_CLAMP)
-        return fminf(ca_texture_eval_scalar(table, texture->as.clamp.child, surface), 1.0f);
+        return cut_scalar(ca_texture_eval_scalar(table, texture->as.clamp.child, surface));
     if (texture->kind != CA_TEXTURE_CHECKERBOARD)
         return ca_texture_scalar_of(ca_texture_eval_varying(table, texture, surface));
     const bool first = checkerboard_color(texture, surface->uv) == texture->as.checkerboard.color0;
@@ -408,7 +408,7 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
     case CA_TEXTURE_MIX: return not_negative(signed_mean(table, id));
     case CA_TEXTURE_POWER: /* as if the child were constant */
         return raised(ca_texture_mean(table, texture->as.power.child), texture->as.power.exponent);
-    case CA_TEXTURE_CLAMP: return at_most_one(ca_texture_mean(table, texture->as.clamp.child));
+    case CA_TEXTURE_CLAMP: return cut(ca_texture_mean(table, texture->as.clamp.child));
     case CA_TEXTURE_MAPPED: return ca_texture_mean(table, texture->as.mapped.child);
     case CA_TEXTURE_FACING: return ca_rgb_grey(0.5f);
     case CA_TEXTURE_MESH_ATTRIBUTE:
@@ -437,8 +437,9 @@ float ca_texture_bound(const ca_texture *table, const ca_image *images, ca_textu
         return powf(ca_texture_bound(table, images, texture->as.power.child), texture->as.power.exponent);
     case CA_TEXTURE_CLAMP: return fminf(ca_texture_bound(table, images, texture->as.clamp.child), 1.0f);
     case CA_TEXTURE_MAPPED: return ca_texture_bound(table, images, texture->as.mapped.child);
-    case CA_TEXTURE_FACING:
     case CA_TEXTURE_MESH_ATTRIBUTE:
+        return texture->as.mesh_attribute.most > 0.0f ? texture->as.mesh_attribute.most : 1.0f;
+    case CA_TEXTURE_FACING:
     case CA_TEXTURE_KIND_COUNT: break;
     }
     return 1.0f;

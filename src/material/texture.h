@@ -64,7 +64,7 @@ typedef struct ca_texture {
             float exponent;      /* of each component; positive */
         } power;
         struct {
-            ca_texture_id child; /* looked up at the surface's own coordinates; what is over 1 is 1. No cycles */
+            ca_texture_id child; /* looked up at the surface's own coordinates, and cut to [0, 1]. No cycles */
         } clamp;
         struct {
             ca_texture_id child; /* looked up at the coordinates that follow from the position. No cycles */
@@ -78,6 +78,8 @@ typedef struct ca_texture {
             /* "vertex_..." or "face_..."; of less than three components: grey of the first; black where the mesh has
              * none of that name. */
             const char *name;
+            float most;    /* the largest size of a value, of all meshes; 0: not known, and 1 is taken */
+            bool negative; /* some value is */
         } mesh_attribute;
     } as;
 } ca_texture;
@@ -125,7 +127,7 @@ ca_vec2 ca_texture_gradient(const ca_texture *table, ca_texture_id id, const ca_
 
 /* Mean, and an upper bound of the components' size, over the unit square of a texture's own coordinates: for powers
  * and for choosing lobes.
- * A mesh attribute answers with (1, 1, 1), a cosine with a mean over all directions. Cost: one pass over a bitmap's
+ * The mean of a mesh attribute is (1, 1, 1), of a cosine a mean over all directions. Cost: one pass over a bitmap's
  * pixels. */
 ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id);
 float ca_texture_max(const ca_texture *table, ca_texture_id id);
