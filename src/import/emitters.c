@@ -10,22 +10,44 @@ static ca_matrix rigid_transform(ca_props *props)
     return m;
 }
 
+/* Do a texture's own coordinates say where all of it is looked up? Parts of the others are where the surface says. */
+static bool moves_whole(const ca_scene_desc *desc, const ca_texture *t)
+{
+    const ca_texture *all = desc->textures.items;
+    if (t->kind == CA_TEXTURE_CHECKERBOARD)
+        return all[t->as.checkerboard.color0].kind == CA_TEXTURE_CONSTANT &&
+               all[t->as.checkerboard.color1].kind == CA_TEXTURE_CONSTANT;
+    return t->kind == CA_TEXTURE_BITMAP || (t->kind == CA_TEXTURE_SCALE && !t->as.scale.varies);
+}
+
+/* The texture with v the other way round, as a texture of its own. */
+static ca_texture upside_down(const ca_scene_desc *desc, ca_texture_id id)
+{
+    ca_texture turned = desc->textures.items[id];
+    if (!moves_whole(desc, &turned))
+        turned = (ca_texture){.kind = CA_TEXTURE_SCALE,
+                              .to_uv = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}},
+                              .as.scale = {.child = id, .factor = {1.0f, 1.0f, 1.0f}}};
+    for (int row = 0; row < 2; row++) {
+        turned.to_uv[row][2] += turned.to_uv[row][1];
+        turned.to_uv[row][1] = -turned.to_uv[row][1];
+    }
+    return turned;
+}
+
 /* A texture that a light throws: lights give it coordinates whose v runs upwards, Mitsuba's lights downwards. */
 static ca_texture_id thrown_texture(ca_props *props, const char *name)
 {
     const ca_texture_id id = ca_props_texture(props, name, 1.0f, CA_COLOR_EMISSION);
     if (id == CA_NONE) return CA_NONE;
     ca_scene_desc *desc = props->importer->desc;
+    if (desc->textures.items[id].kind == CA_TEXTURE_CONSTANT) return id;
+    const ca_texture turned = upside_down(desc, id);
     if (!CA_TABLE_ADD(&desc->textures)) {
         ca_import_fail_memory(props->importer, "textures");
         return CA_NONE;
     }
-    ca_texture *copy = &desc->textures.items[desc->textures.count - 1];
-    *copy = desc->textures.items[id];
-    for (int row = 0; row < 2; row++) {
-        copy->to_uv[row][2] += copy->to_uv[row][1];
-        copy->to_uv[row][1] = -copy->to_uv[row][1];
-    }
+    desc->textures.items[desc->textures.count - 1] = turned;
     return (ca_texture_id)(desc->textures.count - 1);
 }
 
