@@ -303,9 +303,8 @@ static void wrong_sensors(void **state)
                 LENS("50 5 1.5 20; -50 1 1 20; 0 0 1 9") "\n<float name=\"aperture_diameter\" value=\"10\"/>"),
          "4:1: parameter \"aperture_diameter\" of realistic is more than the diameter of the lens's stop"},
         {SENSOR("realistic", LENS("-50 5 1.5 20; 50 0 1 20")),
-         "2:1: parameter \"focus_distance\" of realistic is too close: the lens makes no image of it within 100 m "
-         "behind "
-         "itself"},
+         "2:1: the lens cannot focus: its focal length is -49.1803 mm, so that it makes no image; film_distance may "
+         "say where the film is"},
         {SENSOR("realistic", LENS("50 5 1.5 20; -50 0 1 20") "<float name=\"film_distance\" value=\"50\"/>"
                                                              "<float name=\"focus_distance\" value=\"50\"/>"),
          "3:54: parameter \"film_distance\" of realistic excludes focus_distance"},

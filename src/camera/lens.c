@@ -69,8 +69,8 @@ static double rounding_of_way(const ca_lens_ray *start, double w, double cos_in)
     return 32.0 * DBL_EPSILON * lengths / (fabs(start->dw) * cos_in);
 }
 
-/* Meets surface i, whose vertex is at `w`, and passes it. */
-static bool pass(const ca_lens *lens, uint32_t i, double w, ca_lens_ray *ray)
+/* Meets surface i, whose vertex is at `w`, and passes it, or ends there. */
+static ca_lens_end pass(const ca_lens *lens, uint32_t i, double w, ca_lens_ray *ray)
 {
     const bool from_film = ray->dw < 0.0;
     const ca_lens_surface *surface = &lens->surfaces[i];
@@ -78,27 +78,36 @@ static bool pass(const ca_lens *lens, uint32_t i, double w, ca_lens_ray *ray)
     const ca_lens_ray start = *ray;
     double way, cos_in;
     ray->w -= w;
-    if (!meet(surface, ray, &way, &cos_in) || !(way >= -rounding_of_way(&start, w, cos_in))) return false;
+    if (!meet(surface, ray, &way, &cos_in)) return CA_LENS_BESIDE;
+    if (!(way >= -rounding_of_way(&start, w, cos_in))) return CA_LENS_CROSSED;
     if (before != surface->index) {
         const double ratio = from_film ? surface->index / before : before / surface->index;
-        if (!refract(surface, ratio, ray)) return false;
+        if (!refract(surface, ratio, ray)) return CA_LENS_REFLECTED;
     }
     ray->w += w;
-    return from_film ? ray->dw < 0.0 : ray->dw > 0.0;
+    return (from_film ? ray->dw < 0.0 : ray->dw > 0.0) ? CA_LENS_PASSED : CA_LENS_REFLECTED;
+}
+
+ca_lens_end ca_lens_trace_to_end(const ca_lens *lens, ca_lens_ray *ray, uint32_t *surface)
+{
+    ca_lens_end end = CA_LENS_PASSED;
+    if (ray->dw < 0.0) {
+        double w = ca_lens_length(lens);
+        for (uint32_t i = lens->count; i-- > 0 && end == CA_LENS_PASSED;
+             w -= i > 0 ? lens->surfaces[i - 1].thickness : 0.0)
+            end = pass(lens, *surface = i, w, ray);
+        return end;
+    }
+    double w = 0.0;
+    for (uint32_t i = 0; i < lens->count && end == CA_LENS_PASSED; w += lens->surfaces[i++].thickness)
+        end = pass(lens, *surface = i, w, ray);
+    return end;
 }
 
 bool ca_lens_trace(const ca_lens *lens, ca_lens_ray *ray)
 {
-    if (ray->dw < 0.0) {
-        double w = ca_lens_length(lens);
-        for (uint32_t i = lens->count; i-- > 0; w -= i > 0 ? lens->surfaces[i - 1].thickness : 0.0)
-            if (!pass(lens, i, w, ray)) return false;
-        return true;
-    }
-    double w = 0.0;
-    for (uint32_t i = 0; i < lens->count; w += lens->surfaces[i++].thickness)
-        if (!pass(lens, i, w, ray)) return false;
-    return true;
+    uint32_t last;
+    return ca_lens_trace_to_end(lens, ray, &last) == CA_LENS_PASSED;
 }
 
 /* ---- Paraxial rays --------------------------------------------------------------------------------------------- */
@@ -123,6 +132,15 @@ ca_lens_image ca_lens_image_of(const ca_lens *lens, double distance)
     trace_paraxial(lens, &height, &slope);
     return (ca_lens_image){.distance = slope != 0.0 ? -height / slope : (double)INFINITY,
                            .magnification = before / slope};
+}
+
+double ca_lens_nearest(const ca_lens *lens)
+{
+    double height = 1.0, parallel = 0.0, other_height = 1.0, steep = 1.0;
+    trace_paraxial(lens, &height, &parallel);
+    trace_paraxial(lens, &other_height, &steep);
+    /* The slope behind the lens is linear in the one before it, 1 / distance, and 0 where rays leave parallel. */
+    return -(steep - parallel) / parallel;
 }
 
 double ca_lens_focal_length(const ca_lens *lens)

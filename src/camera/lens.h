@@ -47,6 +47,17 @@ double ca_lens_length(const ca_lens *lens);
  * take the same ways: what comes out, sent back, comes out where the ray began. */
 bool ca_lens_trace(const ca_lens *lens, ca_lens_ray *ray);
 
+/* What becomes of a ray at a surface. */
+typedef enum ca_lens_end {
+    CA_LENS_PASSED,
+    CA_LENS_BESIDE,   /* it does not meet the surface, or outside of the aperture */
+    CA_LENS_CROSSED,  /* the surface crosses the one that the ray comes from: it lies behind the ray there */
+    CA_LENS_REFLECTED /* totally, or it runs back from the surface */
+} ca_lens_end;
+
+/* The same, and at which surface the ray ends, or which it passed last. */
+ca_lens_end ca_lens_trace_to_end(const ca_lens *lens, ca_lens_ray *ray, uint32_t *surface);
+
 /* Paraxial optics: rays that stay close to the axis. */
 typedef struct ca_lens_image {
     double distance;      /* of the image, behind the last surface's vertex; infinite where rays leave parallel */
@@ -55,6 +66,9 @@ typedef struct ca_lens_image {
 
 /* Of a point of the axis at `distance` > 0 before the first surface, or at infinity. */
 ca_lens_image ca_lens_image_of(const ca_lens *lens, double distance);
+
+/* Points of the axis that are farther from the first surface have an image behind a lens that collects light. */
+double ca_lens_nearest(const ca_lens *lens);
 
 /* Positive where the lens collects light; infinite where it has no power. */
 double ca_lens_focal_length(const ca_lens *lens);

@@ -121,7 +121,8 @@ static bool trace_from_film(const ca_realistic *r, double film_x, double film_y,
 
 static const ca_pupil_box no_box = {(double)INFINITY, -(double)INFINITY, 0.0};
 
-/* Bounds what gets through of the grid on `region`, with a cell to each side; bundle: NULL is allowed. */
+/* Bounds what gets through of the grid on `region`, with a cell to each side; bundle: NULL is allowed. A point that
+ * gets through alone is in the middle of its box. */
 static ca_pupil_box scan(const ca_realistic *r, double film_radius, ca_pupil_box region, int grid, ray_bundle *bundle)
 {
     const double step = (region.high - region.low) / (grid - 1), step_side = 2.0 * region.side / (grid - 1);
@@ -139,6 +140,17 @@ static ca_pupil_box scan(const ca_realistic *r, double film_radius, ca_pupil_box
     return box;
 }
 
+/* The same of what gets through of a region that holds all of it, on grids of ever smaller regions, as long as they
+ * shrink a lot: the pupil of a narrow stop is a point of the first. */
+static ca_pupil_box bound_closely(const ca_realistic *r, double film_radius, ca_pupil_box region, ray_bundle *bundle)
+{
+    for (;;) {
+        const ca_pupil_box box = scan(r, film_radius, region, GRID, bundle);
+        if (!(box_area(&box) < 0.25 * box_area(&region)) || box_area(&box) == 0.0) return box;
+        region = box;
+    }
+}
+
 /* All of the last vertex' plane that rays from the film to the last surface can pass: beyond its aperture by as much
  * as the surface bends away from the plane. */
 static double reach(const ca_realistic *r, double film_radius)
@@ -148,15 +160,34 @@ static double reach(const ca_realistic *r, double film_radius)
     return last->aperture + sag * (film_radius + last->aperture) / fmax(r->film_distance - sag, 1e-3 * sag);
 }
 
-/* The exit pupil as a film point sees it: found on ever finer grids, the last one of `finest` points, then bounded on
- * one of its own. */
+/* A pupil that lies between the points of a grid, of a narrow stop: it is looked for along the line on which its
+ * middle lies, outwards, in steps of half its width. */
+static ca_pupil_box bound_narrow_pupil(const ca_realistic *r, double film_radius, ray_bundle *bundle)
+{
+    const double all = reach(r, film_radius), step = fmax(r->pupil_radius, 1e-5 * all);
+    for (double away = 0.0; away < all; away += step)
+        for (int side = -1; side <= 1; side += 2) {
+            const double x = side * away;
+            ca_lens_ray ray;
+            if (!trace_from_film(r, film_radius, 0.0, x, 0.0, &ray)) continue;
+            const ca_pupil_box region = {x - 4.0 * step, x + 4.0 * step, 4.0 * step};
+            return bound_closely(r, film_radius, region, bundle);
+        }
+    return no_box;
+}
+
+/* The exit pupil as a film point sees it: found on a grid, along a line, or on ever finer grids, the last one of
+ * `finest` points, then bounded on a grid of its own. */
 static ca_pupil_box bound_pupil(const ca_realistic *r, double film_radius, int finest, ray_bundle *bundle)
 {
     const double all = reach(r, film_radius);
     const ca_pupil_box region = {-all, all, all};
     for (int grid = GRID; grid <= finest; grid = 4 * grid - 3) {
         const ca_pupil_box box = scan(r, film_radius, region, grid, NULL);
-        if (box.high > box.low) return scan(r, film_radius, box, GRID, bundle);
+        if (box.high > box.low) return bound_closely(r, film_radius, box, bundle);
+        if (grid > GRID || finest == GRID) continue;
+        const ca_pupil_box narrow = bound_narrow_pupil(r, film_radius, bundle);
+        if (narrow.high > narrow.low) return narrow;
     }
     return no_box;
 }
@@ -172,8 +203,8 @@ static void choose_disk(ca_realistic *r, const ray_bundle *bundle)
     r->disk_radius = sqrt(bundle->radius2[best]) * (1.0 + 3.0 / GRID);
 }
 
-/* Omega = pi sin^2 of the steepest ray from the film's centre that gets through. */
-static double axial_solid_angle(const ca_realistic *r)
+/* Radius of the exit pupil, on the plane of the last vertex, as the film's centre sees it. */
+static double axial_radius(const ca_realistic *r)
 {
     double inside = 0.0, outside = reach(r, 0.0);
     for (int i = 0; i < 60; i++) {
@@ -184,15 +215,40 @@ static double axial_solid_angle(const ca_realistic *r)
         else
             outside = middle;
     }
-    return CA_PI_D * inside * inside / (inside * inside + r->film_distance * r->film_distance);
+    return inside;
+}
+
+/* Omega = pi sin^2 of the steepest ray from the film's centre that gets through. */
+static double axial_solid_angle(const ca_realistic *r)
+{
+    const double radius2 = r->pupil_radius * r->pupil_radius;
+    return CA_PI_D * radius2 / (radius2 + r->film_distance * r->film_distance);
+}
+
+static void place_film(ca_realistic *r)
+{
+    r->last_w = ca_lens_length(&r->lens);
+    r->film_w = r->last_w + r->film_distance;
+}
+
+bool ca_realistic_is_dark(const ca_realistic *camera, uint32_t *surface, ca_lens_end *end)
+{
+    ca_realistic r = *camera;
+    place_film(&r);
+    const double least = 1e-5 * reach(&r, 0.0);
+    if (axial_radius(&r) > least) return false;
+    ca_lens_ray ray = {.w = r.film_w};
+    set_direction(least, 0.0, -r.film_distance, &ray);
+    *end = ca_lens_trace_to_end(&r.lens, &ray, surface);
+    return *end != CA_LENS_PASSED;
 }
 
 void ca_realistic_prepare(ca_camera *camera)
 {
     enum { MARGIN = 4 }; /* in pixels, beyond the film's corners, for filters */
     ca_realistic *r = &camera->as.realistic;
-    r->last_w = ca_lens_length(&r->lens);
-    r->film_w = r->last_w + r->film_distance;
+    place_film(r);
+    r->pupil_radius = axial_radius(r);
     r->solid_angle = axial_solid_angle(r);
     const double pixel = hypot((double)camera->pixel_width, (double)camera->pixel_height);
     r->ring_width = (0.5 * r->film_diagonal + MARGIN * pixel) / CA_PUPIL_RINGS;

@@ -49,6 +49,7 @@ typedef struct ca_realistic {
     /* Made by ca_realistic_prepare. */
     double last_w, film_w;      /* of the last surface's vertex and of the film */
     double disk_w, disk_radius; /* the entrance disk */
+    double pupil_radius;        /* of the exit pupil on the last vertex' plane, as the film's centre sees it */
     double solid_angle;         /* Omega */
     double ring_width;
     ca_pupil_box rings[CA_PUPIL_RINGS]; /* by the film point's distance from the axis; the last one for all beyond */
@@ -56,6 +57,12 @@ typedef struct ca_realistic {
 
 /* Fills what is made; the camera's pixel_width, pixel_height, left and top are known. Some hundredths of a second. */
 void ca_realistic_prepare(struct ca_camera *camera);
+
+/* Does no light get through, from anywhere to any point of the film? Then the surface and the end there of rays next
+ * to the axis. What is made need not be. Vertices are in their order on the axis, so that rays next to it pass where
+ * any do; a pupil of less than 1e-5 of what the film's centre sees of the last surface is none: so wide do surfaces
+ * touch that cross in their vertex. */
+bool ca_realistic_is_dark(const ca_realistic *camera, uint32_t *surface, ca_lens_end *end);
 
 /* As ca_camera_sample_ray. */
 struct ca_camera_ray ca_realistic_ray(const struct ca_camera *camera, ca_vec2 film_position, ca_vec2 u_lens);

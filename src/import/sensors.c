@@ -270,19 +270,72 @@ static void import_aperture(ca_props *props, ca_lens_table *table)
         stop->aperture = radius;
 }
 
+static const ca_lens_surface *last_surface(const ca_realistic *camera)
+{
+    return &camera->lens.surfaces[camera->lens.count - 1];
+}
+
+/* Says why there is no place for the film where what is in focus is sharp. */
+static void fail_focus(ca_props *props, double distance, const ca_realistic *camera, double image)
+{
+    const ca_xml_node *asked = ca_props_find(props, "focus_distance");
+    const ca_location *where = asked ? &asked->where : &props->node->where;
+    const double focal_length = ca_lens_focal_length(&camera->lens);
+    const double nearest = ca_lens_nearest(&camera->lens) * camera->scale;
+    if (isinf(focal_length))
+        ca_import_fail(props->importer, where,
+                       "the lens cannot focus: it has no power, and makes no image; film_distance may say where the "
+                       "film is");
+    else if (focal_length < 0.0)
+        ca_import_fail(props->importer, where,
+                       "the lens cannot focus: its focal length is %.6g mm, so that it makes no image; film_distance "
+                       "may say where the film is",
+                       focal_length);
+    else if (distance <= nearest || image >= 1e5)
+        ca_import_fail(props->importer, where,
+                       "the lens cannot focus at a distance of %.6g: it makes no image of that within 100 m behind "
+                       "itself, only of what is farther away than %.6g",
+                       distance, nearest);
+    else
+        ca_import_fail(props->importer, where,
+                       "the lens cannot focus at a distance of %.6g: the image lies in the lens, %.6g mm before its "
+                       "last surface's rim",
+                       distance, fmax(0.0, ca_lens_sag(last_surface(camera))) - image);
+}
+
 /* Where the film is, in mm behind the last vertex: said, or where the image of what is in focus lies. */
 static void import_focus(ca_props *props, double focus_distance, ca_realistic *camera)
 {
-    const ca_lens_surface *last = &camera->lens.surfaces[camera->lens.count - 1];
     const bool said = ca_props_find(props, "film_distance") != NULL;
     camera->film_distance = said ? ca_props_positive(props, "film_distance", 1.0)
                                  : ca_lens_image_of(&camera->lens, focus_distance / camera->scale).distance;
     if (said && ca_props_find(props, "focus_distance"))
         ca_props_fail(props, "film_distance", "excludes focus_distance");
-    if (camera->film_distance > fmax(0.0, ca_lens_sag(last)) && camera->film_distance < 1e5) return;
-    ca_props_fail(props, said ? "film_distance" : "focus_distance",
-                  said ? "must be behind the last surface, within 100 m"
-                       : "is too close: the lens makes no image of it within 100 m behind itself");
+    if (camera->film_distance > fmax(0.0, ca_lens_sag(last_surface(camera))) && camera->film_distance < 1e5) return;
+    if (said)
+        ca_props_fail(props, "film_distance", "must be behind the last surface, within 100 m");
+    else
+        fail_focus(props, focus_distance, camera, camera->film_distance);
+}
+
+/* A lens that nothing can be seen through; stop: its surface that aperture_diameter closes. */
+static void check_light(ca_props *props, const ca_realistic *camera, uint32_t stop)
+{
+    static const char dark[] = "no light gets through the lens to the film";
+    uint32_t i;
+    ca_lens_end end;
+    if (!ca_import_good(props->importer) || !ca_realistic_is_dark(camera, &i, &end)) return;
+    const bool closed = end == CA_LENS_BESIDE && i == stop && ca_props_find(props, "aperture_diameter");
+    const char *table = ca_props_find(props, "lens") ? "lens" : "filename";
+    const ca_location *where = &ca_props_find(props, closed ? "aperture_diameter" : table)->where;
+    if (end == CA_LENS_CROSSED)
+        ca_import_fail(props->importer, where, "%s: its surfaces %u and %u cross next to the axis, %.6g mm apart",
+                       dark, i + 1, i + 2, camera->lens.surfaces[i].thickness);
+    else if (end == CA_LENS_BESIDE)
+        ca_import_fail(props->importer, where, "%s: the aperture of surface %u, %.6g mm across, is too small", dark,
+                       i + 1, 2.0 * camera->lens.surfaces[i].aperture);
+    else
+        ca_import_fail(props->importer, where, "%s: surface %u reflects all of it", dark, i + 1);
 }
 
 static void import_realistic(ca_props *props, void *result)
@@ -301,6 +354,7 @@ static void import_realistic(ca_props *props, void *result)
     import_aperture(props, &table);
     realistic->lens = table.lens;
     import_focus(props, focus_distance, realistic);
+    check_light(props, realistic, table.stop);
     const double rim = -ca_lens_sag(&realistic->lens.surfaces[0]) * realistic->scale;
     if ((double)camera->near_clip < rim) ca_props_fail(props, "near_clip", "must be in front of the lens's rim");
 }
