@@ -7,8 +7,8 @@
 
 /* What is rendered: ball.xml of the program's folder. */
 typedef struct ca_kill_job {
-    const char *integrator, *samples; /* "--spp=16" */
-    double seconds;                   /* kills come within so many, of one run */
+    const char *integrator, *samples; /* the latter: "--spp=16" */
+    double seconds;    /* the first kills come within so many, of a run */
     int kills;
     bool chooses_rays; /* --rays auto: the image in the end is the one of the checkpoint's record */
 } ca_kill_job;
