@@ -103,7 +103,7 @@ static bool until_the_fourth_state(const ca_render_progress *progress, void *use
     return notes.states < 4;
 }
 
-/* A pilot with ten minutes of render ahead grows, from a quarter of a light path a pixel by fours, unless somebody gave
+/* A pilot with ten minutes ahead grows, from a quarter of a light path a pixel by fours, unless somebody gave
  * its numbers. */
 static void test_pilot_grows_with_its_time(void **state)
 {

@@ -1,5 +1,5 @@
 /* What integrator `auto` decides with: pure decisions by tables; what samples of the pilot tell of light that is lost
- * or too rare, against closed forms; the variance of a trial without its dots; and what the error of a pixel counts. */
+ * or too rare, against closed forms; the variance of a trial without its dots; and what a pixel's error counts. */
 #include "render/lost_light.h"
 #include "render/method_choice.h"
 #include "render/method_light.h"

@@ -24,8 +24,8 @@ bool ca_matrix_look_at(const double origin[3], const double target[3], const dou
 bool ca_matrix_invert(const ca_matrix *a, ca_matrix *inverse);
 double ca_matrix_determinant3(const ca_matrix *a); /* of the upper left 3x3 */
 /* The upper left 3x3 becomes the nearest matrix with columns of unit length at right angles, which mirrors if `a`
- * does: the orthogonal factor of its polar decomposition, by Newton's iteration. For matrices that are nearly so; false
- * where the matrix is singular. */
+ * does: the orthogonal factor of its polar decomposition, by Newton's iteration. For matrices that are nearly so;
+ * false where the matrix is singular. */
 bool ca_matrix_make_rigid(ca_matrix *a);
 bool ca_matrix_is_affine(const ca_matrix *a);      /* last row 0 0 0 1, all finite */
 void ca_matrix_point(const ca_matrix *a, const double p[3], double result[3]); /* with division by w */
