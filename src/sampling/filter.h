@@ -33,7 +33,7 @@ typedef struct ca_filter {
     /* Made by ca_filter_prepare: |f| tabulated for sampling. */
     float border;                          /* of a gaussian: what it is lowered by, so that it ends at 0 */
     float integral;                        /* of f over one axis: the normalisation */
-    float nodes[CA_FILTER_TABLE + 1];      /* sampling density of an offset, in 1/pixel, linear in between: near |f| */
+    float nodes[CA_FILTER_TABLE + 1];      /* sampling density of an offset, 1/pixel, linear in between: near |f| */
     float cumulative[CA_FILTER_TABLE + 1]; /* its integral from -radius */
     unsigned char guide[CA_FILTER_GUIDE];  /* an interval at or before the one that holds i / CA_FILTER_GUIDE */
 } ca_filter;
