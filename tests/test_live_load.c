@@ -296,8 +296,9 @@ static int pictures_of_a_minute(uint32_t threads, double cost, double *longest, 
     *longest = *waits = 0.0;
     for (double now = 0.0; now < 60.0; now += step) {
         const double process = budget.start + now * threads;
-        if (ca_live_budget_allows_picture(&budget, process, now)) {
-            ca_live_budget_charge_picture(&budget, process, cost, 1e6, now);
+        if (ca_live_budget_allows_picture(&budget, process, now, step)) {
+            ca_live_budget_note_picture(&budget, now, now);
+            ca_live_budget_charge_picture(&budget, process, cost, 1e6);
             *longest = fmax(*longest, now - last);
             last = held_since = now;
             pictures++;
@@ -324,11 +325,37 @@ static void test_pictures_of_a_minute(void **state)
         assert_true(middling > 0.9 * share / (0.07 * threads) && middling <= 1.0 + share / (0.07 * threads));
         assert_true(waits <= CA_LIVE_DEBT_SECONDS + 0.02);
         const int expensive = pictures_of_a_minute(threads, 3.0, &longest, &waits);
-        assert_true(expensive >= 12 && expensive <= 12 + (int)(share / 3.0));
+        assert_true(expensive >= 12 && expensive <= 13 + (int)(share / 3.0));
         assert_true(longest <= CA_LIVE_MOST_SECONDS + 0.02 && waits == 0.0);
         print_message("%u threads: %d cheap, %d middling, %d expensive pictures a minute\n", threads, cheap, middling,
                       expensive);
     }
+}
+
+/* From one picture to the next of a render that may take one every `step` seconds, each of which takes `making`, by the
+ * clock, and is beyond the budget. */
+static double seconds_between(double making, double step)
+{
+    ca_live_budget budget = ca_live_budget_open(1);
+    ca_live_budget_note_picture(&budget, 100.0 - making, 100.0);
+    ca_live_budget_charge_picture(&budget, budget.start, 1e6, 1e6);
+    double now = 100.0;
+    do now += step;
+    while (!ca_live_budget_allows_picture(&budget, budget.start + 0.1, now, step));
+    return now + making - 100.0;
+}
+
+/* A picture is ready 5 seconds after the one before, with the time it takes; rendering has half of the time. */
+static void test_time_of_a_picture(void **state)
+{
+    (void)state;
+    for (double making = 0.0; making < 1.6; making += 0.3)
+        for (double step = 0.05; step < 1.0; step *= 2.0) {
+            const double between = seconds_between(making, step);
+            assert_true(between <= CA_LIVE_MOST_SECONDS + 1e-9 && between > CA_LIVE_MOST_SECONDS - 2.0 * step);
+        }
+    const double large = seconds_between(8.0, 0.05);
+    assert_true(large >= 16.0 && large < 16.1);
 }
 
 static void count_pictures(char *seen, size_t size)
@@ -368,7 +395,7 @@ int main(void)
         cmocka_unit_test(test_hanging_clients),  cmocka_unit_test(test_hanging_at_the_end),
         cmocka_unit_test(test_dying_clients),    cmocka_unit_test(test_cost),
         cmocka_unit_test(test_cost_of_pictures), cmocka_unit_test(test_pictures_of_a_minute),
-        cmocka_unit_test(test_expensive_pictures_come),
+        cmocka_unit_test(test_time_of_a_picture), cmocka_unit_test(test_expensive_pictures_come),
     };
     return cmocka_run_group_tests_name("live view: many who look", tests, NULL, NULL);
 }

@@ -38,16 +38,27 @@ bool ca_live_budget_allows(const ca_live_budget *budget, double process_seconds,
     return budget->spent + more <= allowance(budget, process_seconds);
 }
 
-bool ca_live_budget_allows_picture(const ca_live_budget *budget, double process_seconds, double now)
+/* Would the next one be too late? */
+static bool is_late(const ca_live_budget *budget, double since, double step)
+{
+    return since + step + budget->picture_seconds >= CA_LIVE_MOST_SECONDS && since >= budget->picture_seconds;
+}
+
+bool ca_live_budget_allows_picture(const ca_live_budget *budget, double process_seconds, double now, double step)
 {
     if (budget->picture_time < 0.0) return true;
     const double since = now - budget->picture_time;
     if (since < CA_LIVE_LEAST_SECONDS) return false;
-    return since >= CA_LIVE_MOST_SECONDS || ca_live_budget_allows(budget, process_seconds, budget->picture_cost);
+    return is_late(budget, since, step) || ca_live_budget_allows(budget, process_seconds, budget->picture_cost);
 }
 
-void ca_live_budget_charge_picture(ca_live_budget *budget, double process_seconds, double cost, double pixels,
-                                   double now)
+void ca_live_budget_note_picture(ca_live_budget *budget, double begin, double now)
+{
+    budget->picture_time = now;
+    budget->picture_seconds = now - begin;
+}
+
+void ca_live_budget_charge_picture(ca_live_budget *budget, double process_seconds, double cost, double pixels)
 {
     const double sending = CA_LIVE_SECONDS_PER_BYTE * CA_LIVE_SENT_CHANNELS * sizeof(float) * pixels;
     if (cost <= budget->most_debt || ca_live_budget_allows(budget, process_seconds, cost))
@@ -55,5 +66,4 @@ void ca_live_budget_charge_picture(ca_live_budget *budget, double process_second
     else
         budget->spent = fmin(budget->spent, allowance(budget, process_seconds) - sending);
     budget->picture_cost = cost;
-    budget->picture_time = now;
 }

@@ -4,7 +4,8 @@
  * The account counts processor time that was used: by the thread that serves, and for each picture by the thread that
  * makes it. (The render's other threads wait meanwhile, and use none.) Before anything is spent, the budget is asked.
  * What a picture will cost is estimated from the last one. Two kinds of pictures are taken whatever they cost: the
- * first one, and one that comes CA_LIVE_MOST_SECONDS after the last. Answers wait for debts, and a picture is of use
+ * first one, and one that, if it were not begun now, would be ready more than CA_LIVE_MOST_SECONDS after the last; but
+ * rendering has half of the time. Answers wait for debts, and a picture is of use
  * once it has been sent: one that CA_LIVE_DEBT_SECONDS of rendering would not pay for is not charged, and sending
  * CA_LIVE_SENT_CHANNELS of it is paid for with it. A small advance, granted once, is there from the beginning, so
  * that a page opens at once. A part of the share is kept for the end, when viewers fetch the last picture, together
@@ -24,7 +25,8 @@
 #define CA_LIVE_WHOLE_SHARE 0.025 /* with the end */
 #define CA_LIVE_WHOLE_ADVANCE 0.1
 #define CA_LIVE_SECONDS_PER_BYTE 2e-9 /* of the last picture */
-/* By the clock, from the end of one picture to the next: never less; a picture that is wanted comes after this. */
+/* By the clock, from the end of one picture to the begin of the next: never less; to its end: one that is wanted takes
+ * no longer. */
 #define CA_LIVE_LEAST_SECONDS 0.25
 #define CA_LIVE_MOST_SECONDS 5.0
 #define CA_LIVE_DEBT_SECONDS 4.0
@@ -36,6 +38,7 @@ typedef struct ca_live_budget {
     double spent;        /* of a processor, in seconds */
     double picture_cost; /* of the last picture; 0: there was none */
     double picture_time; /* by the clock, when the last one was ready; negative: there was none */
+    double picture_seconds; /* by the clock, that it took */
     double most_debt;    /* for a picture */
 } ca_live_budget;
 
@@ -48,12 +51,13 @@ void ca_live_budget_end(ca_live_budget *budget, double process_seconds, double p
 /* Is there enough left to spend `more`? `process_seconds`: processor time of the process by now. */
 bool ca_live_budget_allows(const ca_live_budget *budget, double process_seconds, double more);
 
-/* May a picture be taken now? `now`: by the clock. */
-bool ca_live_budget_allows_picture(const ca_live_budget *budget, double process_seconds, double now);
+/* May a picture be taken now? `now`: by the clock; in `step` seconds, about, one may be taken again. */
+bool ca_live_budget_allows_picture(const ca_live_budget *budget, double process_seconds, double now, double step);
 
-/* Charges a picture of so many pixels that is ready now, unless it is beyond the budget. */
-void ca_live_budget_charge_picture(ca_live_budget *budget, double process_seconds, double cost, double pixels,
-                                   double now);
+/* A picture that was begun at `begin` is ready now, by the clock. */
+void ca_live_budget_note_picture(ca_live_budget *budget, double begin, double now);
+/* Charges it, of so many pixels, unless it is beyond the budget. */
+void ca_live_budget_charge_picture(ca_live_budget *budget, double process_seconds, double cost, double pixels);
 
 /* Processor time of the process, in seconds. */
 double ca_live_process_seconds(void);

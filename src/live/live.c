@@ -24,7 +24,8 @@ struct ca_live {
     uint32_t tev_version;   /* of the picture that tev got last */
     pthread_t thread;
     bool has_state, has_thread;
-    double last_event; /* when */
+    double last_event;          /* when; likewise: */
+    double last_report, step; /* of the render; between the last two, s */
     uint32_t versions;
     char url[URL_SIZE];
 };
@@ -206,14 +207,13 @@ static void show(ca_live *live, ca_live_snapshot *picture)
     ca_live_snapshot_release(old);
 }
 
-static void charge_picture(ca_live *live, double cost, double pixels, bool counts)
+/* `begin`: by the clock. */
+static void charge_picture(ca_live *live, double begin, double cost, double pixels, bool counts)
 {
     ca_live_budget *budget = &live->state.budget;
     pthread_mutex_lock(&live->state.lock);
-    if (counts)
-        ca_live_budget_charge_picture(budget, ca_live_process_seconds(), cost, pixels, ca_clock_seconds());
-    else
-        budget->picture_time = ca_clock_seconds();
+    ca_live_budget_note_picture(budget, begin, ca_clock_seconds());
+    if (counts) ca_live_budget_charge_picture(budget, ca_live_process_seconds(), cost, pixels);
     pthread_mutex_unlock(&live->state.lock);
 }
 
@@ -223,14 +223,14 @@ static ca_status take_picture(ca_live *live, const ca_render_progress *progress,
     ca_image_layers *image = NULL;
     ca_render_statistics statistics = {.size = sizeof statistics};
     ca_live_snapshot *picture;
-    const double before = ca_clock_thread_seconds();
+    const double begin = ca_clock_seconds(), before = ca_clock_thread_seconds();
     CA_TRY(progress->snapshot(progress, &image, &statistics, error));
     CA_TRY(ca_live_snapshot_create(&picture, image, &statistics, error));
     picture->passes = progress->passes_done;
     picture->seconds = progress->seconds;
     const double pixels = (double)image->width * image->height;
     show(live, picture);
-    charge_picture(live, ca_clock_thread_seconds() - before, pixels, counts);
+    charge_picture(live, begin, ca_clock_thread_seconds() - before, pixels, counts);
     return CA_OK;
 }
 
@@ -239,8 +239,9 @@ static bool picture_is_due(ca_live *live, const ca_render_progress *progress)
     ca_live_state *state = &live->state;
     if (!progress->snapshot) return false;
     pthread_mutex_lock(&state->lock);
-    const bool due = state->wants_picture && ca_live_budget_allows_picture(
-                                                 &state->budget, ca_live_process_seconds(), ca_clock_seconds());
+    const bool due = state->wants_picture &&
+                     ca_live_budget_allows_picture(&state->budget, ca_live_process_seconds(), ca_clock_seconds(),
+                                                   live->step);
     pthread_mutex_unlock(&state->lock);
     return due;
 }
@@ -310,9 +311,12 @@ static bool serve_wishes(ca_live *live, const ca_render_progress *progress, bool
 bool ca_live_report(ca_live *live, const ca_render_progress *progress)
 {
     bool stops = false;
+    const double now = ca_clock_seconds();
+    live->step = live->last_report > 0.0 ? now - live->last_report : 0.0;
     keep_progress(live, progress);
     if (picture_is_due(live, progress)) take_picture_for_watchers(live, progress, true);
     while (serve_wishes(live, progress, &stops)) continue;
+    live->last_report = ca_clock_seconds();
     return !stops;
 }
 
