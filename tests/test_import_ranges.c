@@ -105,12 +105,69 @@ static void test_good_colours(void **state)
     ca_scene_desc_destroy(&desc);
 }
 
+/* ---- Pictures -------------------------------------------------------------------------------------------------- */
+
+#define ODD(attributes)                                                                                              \
+    "<texture " attributes " type='bitmap'><string name='filename' value='odd.pfm'/>"                                \
+    "<boolean name='raw' value='true'/></texture>"
+#define BUMPS(texture, paint) "<bsdf type='bumpmap'>" texture "<bsdf type='diffuse'>" paint "</bsdf></bsdf>"
+
+static const float *pixels_of(ca_texture_id id)
+{
+    const ca_texture *texture = &desc.textures.items[id];
+    if (texture->kind == CA_TEXTURE_SCALE) texture = &desc.textures.items[texture->as.scale.child];
+    assert_int_equal(texture->kind, CA_TEXTURE_BITMAP);
+    return desc.images.items[texture->as.bitmap.image_index].data;
+}
+
+/* Colours lose the negative numbers of a picture; heights from the same one keep theirs, whichever comes first,
+ * whether they refer to one texture or to two of one file. */
+static void test_shared_pictures(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        size_t images;
+    } scenes[] = {
+        {SCENE(ODD("id='t'") BUMPS("<ref id='t'/>", "<ref name='reflectance' id='t'/>")), 2},
+        {SCENE(BUMPS(ODD("name='a'"), ODD("name='reflectance'"))), 2},
+        {SCENE("<bsdf type='diffuse' id='d'>" ODD("name='reflectance'") "</bsdf>"
+               BUMPS(ODD("name='a'"), ODD("name='reflectance'"))), 2},
+        {SCENE(ODD("id='t'") "<bsdf type='diffuse' id='d'><texture name='reflectance' type='scale'><ref id='t'/>"
+               "</texture></bsdf>" BUMPS("<ref id='t'/>", ODD("name='reflectance'"))), 2},
+    };
+    unsigned char file[64] = "PF\n1 1\n-1\n";
+    const float numbers[3] = {0.5f, -0.25f, 1.0f};
+    const size_t head = strlen((const char *)file);
+    memcpy(file + head, numbers, sizeof numbers);
+    import_write("odd.pfm", file, head + sizeof numbers);
+    for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
+        import(scenes[i].text);
+        assert_true(is_noted("no colour is negative: 1 number of "));
+        for (size_t k = 0; k < desc.materials.count; k++) {
+            const ca_material *material = &desc.materials.items[k].material;
+            if (material->kind == CA_MATERIAL_DIFFUSE)
+                assert_true(pixels_of(material->as.diffuse.reflectance)[1] == 0.0f);
+            else
+                assert_true(pixels_of(material->as.bump.height)[1] == -0.25f);
+        }
+        assert_int_equal(desc.images.count, scenes[i].images);
+        ca_scene_desc_destroy(&desc);
+    }
+    /* Nobody else has it: it is not kept twice. */
+    import(SCENE("<bsdf type='diffuse'>" ODD("name='reflectance'") "</bsdf>"));
+    assert_int_equal(desc.images.count, 1);
+    assert_true(desc.images.items[0].data[1] == 0.0f);
+    ca_scene_desc_destroy(&desc);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_reflectances),
         cmocka_unit_test(test_emission),
         cmocka_unit_test(test_good_colours),
+        cmocka_unit_test(test_shared_pictures),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

@@ -126,7 +126,8 @@ static void import_envmap(ca_props *props, void *result)
         ca_props_fail(props, "to_world", "cannot shear or stretch");
     light->as.envmap.image = ca_import_picture(props, CA_ENCODING_SRGB);
     if (ca_import_good(props->importer))
-        ca_import_cut_negative(props->importer, light->as.envmap.image, &props->node->where);
+        light->as.envmap.image =
+            ca_import_without_negative(props->importer, light->as.envmap.image, true, &props->node->where);
 }
 
 /* Width over height of what is projected. */

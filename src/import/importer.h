@@ -22,7 +22,9 @@ typedef struct ca_import_image {
     const char *path; /* in the document's arena; of an array its name */
     bool array;
     ca_image_encoding encoding;
+    bool cut;       /* its negative numbers are 0: not for heights and normals */
     uint32_t index; /* in the description's images */
+    uint32_t uses;
 } ca_import_image;
 
 /* A texture of the values at a mesh's vertices or faces. */
@@ -116,8 +118,10 @@ void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result);
 const char *ca_import_filename(ca_props *props, const char *name);
 /* Index of the image that `filename` or `data` names, read at the first call; CA_NONE after failing. */
 uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding);
-/* For a picture of colours, an index from there: negative numbers become 0, and a note says so. */
-void ca_import_cut_negative(ca_importer *importer, uint32_t image, const ca_location *where);
+/* For a picture of colours, an index from there: that of one whose negative numbers are 0, and a note says so; the
+ * same one where there are none. Others who have the picture keep their numbers; `alone`: this use of it is the only
+ * one that was counted by ca_import_picture, and no other will come. CA_NONE after failing. */
+uint32_t ca_import_without_negative(ca_importer *importer, uint32_t image, bool alone, const ca_location *where);
 /* What becomes of a mesh on its way into the scene. */
 typedef struct ca_mesh_use {
     ca_matrix to_world;

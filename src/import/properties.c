@@ -245,16 +245,31 @@ static double largest_number(const ca_scene_desc *desc, ca_texture_id id)
     }
 }
 
-/* The picture that a texture shows; CA_NONE: none. */
-static uint32_t picture_of(const ca_scene_desc *desc, ca_texture_id id)
+static ca_texture_id add_texture(ca_importer *importer, const ca_texture *texture)
 {
-    const ca_texture *t = &desc->textures.items[id];
-    switch (t->kind) {
-    case CA_TEXTURE_BITMAP: return t->as.bitmap.image_index;
-    case CA_TEXTURE_SCALE: return picture_of(desc, t->as.scale.child);
-    case CA_TEXTURE_MAPPED: return picture_of(desc, t->as.mapped.child);
-    default: return CA_NONE;
+    if (!CA_TABLE_ADD(&importer->desc->textures)) {
+        ca_import_fail_memory(importer, "textures");
+        return CA_NONE;
     }
+    const ca_texture_id id = (ca_texture_id)(importer->desc->textures.count - 1);
+    importer->desc->textures.items[id] = *texture;
+    return id;
+}
+
+/* The texture with a picture that has no negative numbers, itself if it has none. Else another one: it may also be
+ * referred to where they mean something. */
+static ca_texture_id without_negative(ca_importer *importer, ca_texture_id id, bool alone, const ca_location *where)
+{
+    ca_texture t = importer->desc->textures.items[id];
+    uint32_t *part = t.kind == CA_TEXTURE_BITMAP   ? &t.as.bitmap.image_index
+                     : t.kind == CA_TEXTURE_SCALE  ? &t.as.scale.child
+                     : t.kind == CA_TEXTURE_MAPPED ? &t.as.mapped.child
+                                                   : NULL;
+    if (!part) return id;
+    const uint32_t before = *part;
+    *part = t.kind == CA_TEXTURE_BITMAP ? ca_import_without_negative(importer, before, alone, where)
+                                        : without_negative(importer, before, false, where);
+    return *part == before || !ca_import_good(importer) ? id : add_texture(importer, &t);
 }
 
 /* Numbers of pictures, and what is made of them, may lie above 1 where a share of light is asked for: they count
@@ -280,10 +295,9 @@ static ca_texture_id cut_above_one(ca_importer *importer, ca_texture_id id, cons
 static ca_texture_id nested_texture(ca_props *props, const ca_xml_node *node, ca_xml_node *target, ca_color_role role)
 {
     ca_importer *importer = props->importer;
-    const ca_texture_id id = ca_import_texture(importer, target);
+    ca_texture_id id = ca_import_texture(importer, target);
     if (!ca_import_good(importer) || role == CA_COLOR_INDEX || role == CA_COLOR_SIGNED) return id;
-    const uint32_t picture = picture_of(importer->desc, id);
-    if (picture != CA_NONE) ca_import_cut_negative(importer, picture, &node->where);
+    id = without_negative(importer, id, target == node && !ca_xml_attribute_value(node, "id"), &node->where);
     const bool share = role == CA_COLOR_REFLECTANCE && importer->is_text;
     if (share) ca_import_check_component(importer, node, largest_number(importer->desc, id), role);
     if (!ca_import_good(importer)) return id;

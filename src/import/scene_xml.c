@@ -223,15 +223,13 @@ static uint32_t read_image(ca_importer *importer, const ca_import_image *key, co
     return index;
 }
 
-static uint32_t image_of(ca_importer *importer, const ca_import_image *key, const ca_location *where)
+static bool is_same_image(const ca_import_image *a, const ca_import_image *b)
 {
-    for (size_t i = 0; i < importer->images.count; i++) {
-        const ca_import_image *there = &importer->images.items[i];
-        if (there->encoding == key->encoding && there->array == key->array && strcmp(there->path, key->path) == 0)
-            return there->index;
-    }
-    const uint32_t index = read_image(importer, key, where);
-    if (index == CA_NONE) return CA_NONE;
+    return a->encoding == b->encoding && a->array == b->array && a->cut == b->cut && strcmp(a->path, b->path) == 0;
+}
+
+static uint32_t remember_image(ca_importer *importer, const ca_import_image *key, uint32_t index)
+{
     if (!CA_TABLE_ADD(&importer->images)) {
         ca_import_fail_memory(importer, "images");
         return CA_NONE;
@@ -239,7 +237,20 @@ static uint32_t image_of(ca_importer *importer, const ca_import_image *key, cons
     ca_import_image *image = &importer->images.items[importer->images.count - 1];
     *image = *key;
     image->index = index;
+    image->uses = 1;
     return index;
+}
+
+static uint32_t image_of(ca_importer *importer, const ca_import_image *key, const ca_location *where)
+{
+    for (size_t i = 0; i < importer->images.count; i++) {
+        ca_import_image *there = &importer->images.items[i];
+        if (!is_same_image(there, key)) continue;
+        there->uses++;
+        return there->index;
+    }
+    const uint32_t index = read_image(importer, key, where);
+    return index == CA_NONE ? CA_NONE : remember_image(importer, key, index);
 }
 
 uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding)
@@ -252,30 +263,64 @@ uint32_t ca_import_picture(ca_props *props, ca_image_encoding encoding)
     return image_of(props->importer, &key, &props->node->where);
 }
 
-static const char *path_of_image(const ca_importer *importer, uint32_t image)
+static ca_import_image *known_image(const ca_importer *importer, uint32_t index)
 {
     for (size_t i = 0; i < importer->images.count; i++)
-        if (importer->images.items[i].index == image) return importer->images.items[i].path;
-    return "the picture";
+        if (importer->images.items[i].index == index) return &importer->images.items[i];
+    return NULL;
 }
 
-/* In a copy, since other scenes may share the pixels. */
-void ca_import_cut_negative(ca_importer *importer, uint32_t index, const ca_location *where)
+/* A copy: other scenes may share the pixels. */
+static bool make_cut(ca_importer *importer, const ca_image *image, ca_image *cut)
 {
-    ca_image *image = &importer->desc->images.items[index], cut;
-    size_t negative = 0;
-    for (size_t i = 0; i < numbers_of(image); i++) negative += image->data[i] < 0.0f;
-    if (negative == 0) return;
-    if (ca_image_create(&cut, image->width, image->height, image->channels, NULL) != CA_OK) {
+    if (ca_image_create(cut, image->width, image->height, image->channels, NULL) != CA_OK) {
         ca_import_fail_memory(importer, "images");
-        return;
+        return false;
     }
-    for (size_t i = 0; i < numbers_of(image); i++) cut.data[i] = fmaxf(image->data[i], 0.0f);
-    cut.content_hash = image->content_hash;
+    for (size_t i = 0; i < numbers_of(image); i++) cut->data[i] = fmaxf(image->data[i], 0.0f);
+    cut->content_hash = image->content_hash;
+    return true;
+}
+
+static uint32_t add_cut(ca_importer *importer, const ca_import_image *of)
+{
+    ca_import_image key = *of;
+    ca_image cut;
+    key.cut = true;
+    for (size_t i = 0; i < importer->images.count; i++)
+        if (is_same_image(&importer->images.items[i], &key)) return importer->images.items[i].index;
+    if (!make_cut(importer, &importer->desc->images.items[of->index], &cut)) return CA_NONE;
+    if (!CA_TABLE_ADD(&importer->desc->images)) {
+        ca_image_destroy(&cut);
+        ca_import_fail_memory(importer, "images");
+        return CA_NONE;
+    }
+    const uint32_t index = (uint32_t)(importer->desc->images.count - 1);
+    importer->desc->images.items[index] = cut;
+    return remember_image(importer, &key, index);
+}
+
+static bool replace_by_cut(ca_importer *importer, ca_import_image *known)
+{
+    ca_image *image = &importer->desc->images.items[known->index], cut;
+    if (!make_cut(importer, image, &cut)) return false;
     ca_image_destroy(image);
     *image = cut;
+    known->cut = true;
+    return true;
+}
+
+uint32_t ca_import_without_negative(ca_importer *importer, uint32_t index, bool alone, const ca_location *where)
+{
+    const ca_image *image = &importer->desc->images.items[index];
+    ca_import_image *known = known_image(importer, index);
+    size_t negative = 0;
+    for (size_t i = 0; i < numbers_of(image); i++) negative += image->data[i] < 0.0f;
+    if (negative == 0 || !known) return index;
     ca_import_note(importer, where, "no colour is negative: %zu %s of %s taken as 0", negative,
-                   ca_noun((double)negative, "number", "numbers"), path_of_image(importer, index));
+                   ca_noun((double)negative, "number", "numbers"), known->path);
+    if (!alone || known->uses > 1) return add_cut(importer, known);
+    return replace_by_cut(importer, known) ? index : CA_NONE;
 }
 
 /* ---- The scene ------------------------------------------------------------------------------------------------- */

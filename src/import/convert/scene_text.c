@@ -260,17 +260,17 @@ static const char *curve_file(ca_scene_writer *w, const ca_xml_node *shape, cons
     return add_output(w, key, value, ".txt", (ca_output){CA_OUTPUT_CURVE, .index = index});
 }
 
-/* A picture that was handed over as an array. */
+/* A picture that was handed over as an array: with its negative numbers, where something else than colours has it. */
 static const char *array_file(ca_scene_writer *w, const char *name)
 {
     const ca_importer *importer = w->importer;
     const char *parts[2] = {"array ", name}, *key = join(w, parts, 2);
+    const ca_import_image *found = NULL;
     for (size_t i = 0; key && i < importer->images.count; i++) {
         const ca_import_image *image = &importer->images.items[i];
-        if (image->array && is(image->path, name))
-            return add_output(w, key, name, ".exr", (ca_output){CA_OUTPUT_IMAGE, .index = image->index});
+        if (image->array && is(image->path, name) && (!found || found->cut)) found = image;
     }
-    return "";
+    return found ? add_output(w, key, name, ".exr", (ca_output){CA_OUTPUT_IMAGE, .index = found->index}) : "";
 }
 
 /* Does this parameter name a file, or an array that becomes one? */
