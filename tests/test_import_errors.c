@@ -285,8 +285,9 @@ static void wrong_sensors(void **state)
          "3:1: surface 1 of the lens: a header names radius, thickness and diameter, not \"radius\""},
         {SENSOR("realistic", LENS("radius radius")),
          "3:1: surface 1 of the lens: each column has a name of its own, not \"radius\""},
-        {SENSOR("realistic", LENS("radius thickness glass diameter; 50 5 BK7 20")),
-         "3:1: surface 1 of the lens: expected a glass such as 517642, not \"BK7\""},
+        {SENSOR("realistic", LENS("radius thickness glass diameter; 50 5 BKK7 20")),
+         "3:1: surface 1 of the lens: expected a glass such as 517642 or N-BK7 (the nearest is \"N-BK7\"), not "
+         "\"BKK7\""},
         {SENSOR("realistic", LENS("50 -5 1.5 20")),
          "3:1: surface 1 of the lens: expected a thickness in mm, not \"-5\""},
         {SENSOR("realistic", LENS("9 5 1.5 20")),

@@ -1,9 +1,11 @@
 #include "import/lens_table.h"
 
 #include "base/text.h"
+#include "import/lens_glass.h"
 #include "import/text_scan.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 typedef enum column { RADIUS, THICKNESS, INDEX, DIAMETER, GLASS, ABBE, SURFACE, COLUMNS } column;
@@ -153,6 +155,20 @@ static bool parse_glass(const entry *e, double *index)
     return true;
 }
 
+static ca_status read_glass(const lens_reader *reader, const entry *e, double *index)
+{
+    const ca_lens_glass *glass = ca_lens_glass_find(e->text, e->length);
+    char expected[128];
+    if (parse_glass(e, index)) return CA_OK;
+    if (glass) {
+        *index = glass->index;
+        return CA_OK;
+    }
+    snprintf(expected, sizeof expected, "expected a glass such as 517642 or N-BK7 (the nearest is \"%s\")",
+             ca_lens_glass_nearest(e->text, e->length));
+    return fail_at(reader, e, expected);
+}
+
 /* Behind a surface; before: in front of it. */
 static ca_status read_index(const lens_reader *reader, double before, bool is_stop, ca_lens_surface *surface)
 {
@@ -160,7 +176,7 @@ static ca_status read_index(const lens_reader *reader, double before, bool is_st
     surface->index = is_stop ? before : 1.0;
     if (glass->length > 0) {
         if (index->length > 0) return fail_at(reader, glass, "expected either an index or a glass");
-        if (!parse_glass(glass, &surface->index)) return fail_at(reader, glass, "expected a glass such as 517642");
+        CA_TRY(read_glass(reader, glass, &surface->index));
     } else if (index->length > 0 && !is_word(index, "air")) {
         double value;
         CA_TRY(read_number(reader, INDEX, 0.0, 5.0, "expected an index of refraction", &value));

@@ -5,7 +5,8 @@
  * names their columns, in any order:
  *     radius, thickness, diameter
  *     index    behind the surface; "air" or no entry: 1
- *     glass    instead of it: a code of six digits, nd - 1 and the Abbe number, such as 517642 or 517-642
+ *     glass    instead of it: a code of six digits, nd - 1 and the Abbe number, such as 517642 or 517-642, or a name
+ *              (lens_glass.h)
  *     abbe     the Abbe number, of no consequence: there is no dispersion
  *     surface  a name or number, of no consequence
  * "-" stands for no entry, and so do columns that a row has not reached. A radius "inf" is a plane, 0 or "stop" a
