@@ -290,6 +290,24 @@ static void test_out_of_memory(void **state)
     assert_true(failures >= 20);
 }
 
+/* The sums and one file are all of a film's size that is in memory, however many parts there are. */
+static void test_memory_of_adding(void **state)
+{
+    (void)state;
+    const char *paths[3] = {ca_block_render_part("0.part", 0, 2, (ca_block_job){.threads = 1}),
+                            ca_block_render_part("1.part", 2, 3, (ca_block_job){.threads = 1}),
+                            ca_block_render_part("2.part", 3, 5, (ca_block_job){.threads = 1})};
+    struct stat info;
+    assert_int_equal(stat(paths[0], &info), 0);
+    const size_t film = (size_t)info.st_size;
+    ca_memory_budget budget = {.limit = 2 * film + film / 4};
+    ca_error error = {""};
+    ca_memory_budget_begin(&budget);
+    const ca_status status = ca_merge_parts(paths, 3, NULL, NULL, NULL, &error);
+    ca_memory_budget_end();
+    if (status != CA_OK) fail_msg("with %zu bytes, of films of %zu: %s", budget.limit, film, error.message);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -299,6 +317,7 @@ int main(void)
         cmocka_unit_test(test_parts_that_do_not_fit),
         cmocka_unit_test(test_contents_of_scenes),
         cmocka_unit_test(test_out_of_memory),
+        cmocka_unit_test(test_memory_of_adding),
     };
     return cmocka_run_group_tests(tests, ca_block_make_folder, ca_block_remove_folder);
 }

@@ -204,16 +204,13 @@ static ca_status read_text(const part_reader *reader, size_t size, size_t *offse
     return CA_OK;
 }
 
-static ca_status read_body(const part_reader *reader, ca_part *part, ca_error *error)
+/* All but the film, whose rows begin at *offset then. */
+static ca_status read_body(const part_reader *reader, ca_part *part, size_t *offset, ca_error *error)
 {
     const uint64_t *f = reader->fields;
-    size_t offset = HEADER_BYTES;
-    CA_TRY(read_text(reader, (size_t)f[FIELD_SETTINGS_BYTES], &offset, &part->settings, error));
-    CA_TRY(read_text(reader, (size_t)f[FIELD_SCENE_PATH_BYTES], &offset, &part->scene_path, error));
-    CA_TRY(ca_block_film_create(&part->film, &reader->film, error));
-    const size_t row_bytes = ca_block_film_row_bytes(&reader->film);
-    for (uint32_t y = 0; y < reader->film.crop[3] - reader->film.crop[1]; y++, offset += row_bytes)
-        ca_block_film_read_row(part->film, y, reader->bytes->data + offset);
+    *offset = HEADER_BYTES;
+    CA_TRY(read_text(reader, (size_t)f[FIELD_SETTINGS_BYTES], offset, &part->settings, error));
+    CA_TRY(read_text(reader, (size_t)f[FIELD_SCENE_PATH_BYTES], offset, &part->scene_path, error));
     for (int i = 0; i < 2; i++) part->blocks[i] = f[FIELD_BLOCKS + i];
     for (int i = 0; i < CA_PART_COUNTS; i++) part->counts[i] = f[FIELD_COUNTS + i];
     part->seconds = ca_bits_double(f[FIELD_SECONDS]);
@@ -224,13 +221,23 @@ static ca_status read_body(const part_reader *reader, ca_part *part, ca_error *e
     return CA_OK;
 }
 
-ca_status ca_part_decode(const char *path, const ca_bytes *bytes, ca_part *part, ca_error *error)
+static ca_status decode(part_reader *reader, ca_part *part, size_t *offset, ca_error *error)
 {
     *part = (ca_part){0};
+    CA_TRY(read_fields(reader, error));
+    if (!check_fields(reader) || !check_hash(reader)) return fail_damaged(reader, error);
+    return read_body(reader, part, offset, error);
+}
+
+ca_status ca_part_decode(const char *path, const ca_bytes *bytes, ca_part *part, ca_error *error)
+{
     part_reader reader = {.path = path, .bytes = bytes};
-    CA_TRY(read_fields(&reader, error));
-    if (!check_fields(&reader) || !check_hash(&reader)) return fail_damaged(&reader, error);
-    const ca_status status = read_body(&reader, part, error);
+    size_t offset = 0;
+    ca_status status = decode(&reader, part, &offset, error);
+    if (status == CA_OK) status = ca_block_film_create(&part->film, &reader.film, error);
+    const size_t row_bytes = ca_block_film_row_bytes(&reader.film);
+    for (uint32_t y = 0; status == CA_OK && y < reader.film.crop[3] - reader.film.crop[1]; y++)
+        ca_block_film_read_row(part->film, y, bytes->data + offset + y * row_bytes);
     if (status != CA_OK) ca_part_destroy(part);
     return status;
 }
@@ -243,4 +250,30 @@ ca_status ca_part_read(const char *path, ca_part *part, ca_error *error)
     const ca_status status = ca_part_decode(path, &bytes, part, error);
     ca_bytes_destroy(&bytes);
     return status;
+}
+
+/* ---- Adding ---------------------------------------------------------------------------------------------------- */
+
+ca_status ca_part_file_open(ca_part_file *file, const char *path, ca_error *error)
+{
+    *file = (ca_part_file){0};
+    part_reader reader = {.path = path, .bytes = &file->bytes};
+    CA_TRY(ca_file_read(path, "part file", max_file_bytes, &file->bytes, error));
+    const ca_status status = decode(&reader, &file->part, &file->rows, error);
+    file->film = reader.film;
+    if (status != CA_OK) ca_part_file_close(file);
+    return status;
+}
+
+void ca_part_file_add(const ca_part_file *file, ca_block_film *film)
+{
+    const size_t row_bytes = ca_block_film_row_bytes(&file->film);
+    for (uint32_t y = 0; y < file->film.crop[3] - file->film.crop[1]; y++)
+        ca_block_film_add_row(film, y, file->bytes.data + file->rows + y * row_bytes);
+}
+
+void ca_part_file_close(ca_part_file *file)
+{
+    ca_bytes_destroy(&file->bytes);
+    ca_part_destroy(&file->part);
 }

@@ -35,6 +35,20 @@ ca_status ca_part_read(const char *path, ca_part *part, ca_error *error);
 ca_status ca_part_decode(const char *path, const ca_bytes *bytes, ca_part *part, ca_error *error);
 void ca_part_destroy(ca_part *part);
 
+/* A file that is read but for its film, which can be added to another one without being made. */
+typedef struct ca_part_file {
+    ca_part part; /* without a film */
+    ca_block_film_desc film;
+    ca_bytes bytes; /* of the whole file ... */
+    size_t rows;    /* ... and where its film begins */
+} ca_part_file;
+
+/* Checks as ca_part_read does. On failure nothing is open. */
+ca_status ca_part_file_open(ca_part_file *file, const char *path, ca_error *error);
+/* To a film of the same description. */
+void ca_part_file_add(const ca_part_file *file, ca_block_film *film);
+void ca_part_file_close(ca_part_file *file); /* one that is not open is allowed */
+
 /* Does the name end in ".part"? */
 bool ca_part_is_path(const char *path);
 

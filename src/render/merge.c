@@ -1,5 +1,5 @@
 /* Adding up part files (ca_merge_parts), those of blocks of pairs. They are read one after the other: in memory are
- * the sums so far, those of one part, and its file. */
+ * the sums so far and the file of one part, from which its sums are added row by row. */
 #include "base/memory.h"
 #include "film/interval_layers.h"
 #include "film/part_stream.h"
@@ -30,12 +30,11 @@ typedef struct merge {
 
 /* ---- Do they belong together? ---------------------------------------------------------------------------------- */
 
-static ca_status check_same(const merge *m, const ca_part *part, const char *path, ca_error *error)
+static ca_status check_same(const merge *m, const ca_part_file *file, const char *path, ca_error *error)
 {
-    const char *a = m->sum.settings, *b = part->settings, *first = m->parts[0].path;
+    const char *a = m->sum.settings, *b = file->part.settings, *first = m->parts[0].path;
     if (!ca_part_settings_equal(&a, &b)) return ca_part_settings_fail(first, a, path, b, error);
-    if (ca_block_film_desc_equal(ca_block_film_described(m->sum.film), ca_block_film_described(part->film)))
-        return CA_OK;
+    if (ca_block_film_desc_equal(ca_block_film_described(m->sum.film), &file->film)) return CA_OK;
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "%.400s and %.400s have different films", first, path);
 }
 
@@ -84,10 +83,10 @@ static void swap_texts(char **a, char **b)
     *b = text;
 }
 
-static void add_part(merge *m, ca_part *part)
+/* But for the film. */
+static void add_totals(merge *m, ca_part *part)
 {
     ca_part *sum = &m->sum;
-    ca_block_film_add_film(sum->film, part->film);
     for (int i = 0; i < CA_PART_COUNTS; i++) sum->counts[i] += part->counts[i];
     sum->seconds += part->seconds;
     if (part->blocks[0] < sum->blocks[0]) {
@@ -117,22 +116,34 @@ static void join_samples(merge *m)
     }
 }
 
-static ca_status read_part(merge *m, const char *path, ca_error *error)
+static ca_status add_file(merge *m, ca_part_file *file, const char *path, ca_error *error)
 {
-    ca_part part;
-    CA_TRY(ca_part_read(path, &part, error));
-    m->parts[m->count] = (merged_part){.path = path,
-                                       .blocks = {part.blocks[0], part.blocks[1]},
-                                       .next_blocks = part.next_blocks,
-                                       .samples_per_pixel = part.samples_per_pixel,
-                                       .next_samples = part.next_samples};
-    if (m->count++ == 0) {
-        m->sum = part;
+    ca_part *part = &file->part;
+    const bool first = m->count == 0;
+    if (!first) CA_TRY(check_same(m, file, path, error));
+    if (first) CA_TRY(ca_block_film_create(&m->sum.film, &file->film, error));
+    m->parts[m->count++] = (merged_part){.path = path,
+                                         .blocks = {part->blocks[0], part->blocks[1]},
+                                         .next_blocks = part->next_blocks,
+                                         .samples_per_pixel = part->samples_per_pixel,
+                                         .next_samples = part->next_samples};
+    ca_part_file_add(file, m->sum.film);
+    if (!first) {
+        add_totals(m, part);
         return CA_OK;
     }
-    const ca_status status = check_same(m, &part, path, error);
-    if (status == CA_OK) add_part(m, &part);
-    ca_part_destroy(&part);
+    part->film = m->sum.film;
+    m->sum = *part;
+    *part = (ca_part){0};
+    return CA_OK;
+}
+
+static ca_status read_part(merge *m, const char *path, ca_error *error)
+{
+    ca_part_file file;
+    CA_TRY(ca_part_file_open(&file, path, error));
+    const ca_status status = add_file(m, &file, path, error);
+    ca_part_file_close(&file);
     return status;
 }
 
