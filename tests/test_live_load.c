@@ -332,8 +332,8 @@ static void test_pictures_of_a_minute(void **state)
     }
 }
 
-/* From one picture to the next of a render that may take one every `step` seconds, each of which takes `making`, beyond
- * the budget. */
+/* From one picture to the next of a render that may take one every `step` seconds, each of which takes `making`, and
+ * more than the budget has. */
 static double seconds_between(double making, double step)
 {
     ca_live_budget budget = ca_live_budget_open(1);
