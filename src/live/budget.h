@@ -25,7 +25,7 @@
 #define CA_LIVE_WHOLE_SHARE 0.025 /* with the end */
 #define CA_LIVE_WHOLE_ADVANCE 0.1
 #define CA_LIVE_SECONDS_PER_BYTE 2e-9 /* of the last picture */
-/* By the clock, from the end of one picture: the next never begins earlier, and one that is wanted is ready by then. */
+/* By the clock, after one picture: the next never begins earlier, and one that is wanted is ready by then. */
 #define CA_LIVE_LEAST_SECONDS 0.25
 #define CA_LIVE_MOST_SECONDS 5.0
 #define CA_LIVE_DEBT_SECONDS 4.0
