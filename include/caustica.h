@@ -404,12 +404,12 @@ enum { CA_PREFLIGHT_WARNINGS = 4, CA_PREFLIGHT_WARNING_SIZE = 256 };
 typedef struct ca_preflight {
     bool no_light; /* the scene has none: the picture will be black */
     /* Light of which the integrator is expected to make less than one sample in the whole render, with a 95 %
-     * interval: it will be missing, and the picture does not show that. NAN: not known (no light;
-     * integrators qmcppm and auto; numbers of rays that are chosen or come from a file). */
+     * interval: it will be missing, and the picture does not show that. Where numbers of rays are
+     * chosen or come from a file, with the usual ones. NAN: not known (no light; integrators qmcppm and auto). */
     double lost_light, lost_light_low, lost_light_high;
     /* Light that the render finds by merging, and how many photons a pixel merges where that is, over the whole
-     * render and on the average; with few the picture is dots. NAN: not known (as above), or the method does not
-     * merge. */
+     * render and on the average; with few the picture is dots. NAN: not known (as above, and where numbers of
+     * rays are chosen or come from a file), or the method does not merge. */
     double merged_light, merged_light_low, merged_light_high;
     double merged_photons, merged_photons_low, merged_photons_high;
     double radius; /* of merges in the first pass: given, or the default, which a render with this setting need not

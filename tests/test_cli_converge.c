@@ -374,6 +374,30 @@ static void test_refuses(void **state)
     assert_says(r.output, "Example: caustica converge ");
 }
 
+/* What the pictures of an integrator will lack is said once, however many there are. */
+static void test_warnings(void **state)
+{
+    static const char text[] =
+        "<scene version='3.0.0'><sensor type='perspective'><transform name='to_world'><lookat origin='0,4,0' "
+        "target='0,0,0' up='0,0,1'/></transform><film type='hdrfilm'><integer name='width' value='12'/><integer "
+        "name='height' value='12'/></film></sensor><shape type='rectangle'><transform name='to_world'><rotate x='1' "
+        "angle='-90'/></transform></shape><shape type='rectangle'><transform name='to_world'><scale value='9'/>"
+        "<rotate x='1' angle='-90'/><translate y='1'/></transform><bsdf type='dielectric'/></shape><emitter "
+        "type='directional'><vector name='direction' value='0,-1,0'/></emitter></scene>";
+    ca_program_result r;
+    write_text(folder_of(state), "water.xml", text);
+    RUN(&r, "render", "water.xml", "-i", "ppm", "--quiet", "--spp=4", "-o", "water.exr");
+    assert_int_equal(r.exit_status, 0);
+    RUN(&r, "converge", "water.xml", "--reference=water.exr", "-o", "wet", "-i", "path", "-i", "ppm", "--spp=1,2",
+        "--repeats=2");
+    assert_int_equal(r.exit_status, 0);
+    assert_int_equal(count_words(r.errors, "warning: path: \"path\" will find none or too little of"), 1);
+    assert_int_equal(count_words(r.errors, "warning: ppm"), 0);
+    RUN(&r, "converge", "water.xml", "--reference=water.exr", "-o", "wet", "-i", "path", "-i", "ppm", "--spp=1,2",
+        "--repeats=2"); /* all of them are there */
+    assert_int_equal(count_words(r.errors, "warning"), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -385,6 +409,7 @@ int main(void)
         REFERENCE_TEST(test_renders_what_changed),
         REFERENCE_TEST(test_ends_early_and_goes_on),
         REFERENCE_TEST(test_refuses),
+        PROGRAM_TEST(test_warnings),
     };
     return run_program_tests("cli_converge", tests, sizeof tests / sizeof tests[0]);
 }

@@ -316,6 +316,14 @@ static void test_help(void **state)
     assert_says(r.output, "  noise ");
 }
 
+static void test_warnings(void **state)
+{
+    ca_program_result r;
+    RUN(&r, "noise", "room.xml", "-i", "bdpm", "--radius=1000", "--iterations=2", "--quiet");
+    assert_exit(&r, 0);
+    assert_says(r.errors, "caustica: warning: a merge radius of 1000 reaches beyond the whole scene");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -326,6 +334,7 @@ int main(void)
         ROOM_TEST(test_one_camera_path),
         ROOM_TEST(test_integrator_and_alpha),
         ROOM_TEST(test_crop),
+        ROOM_TEST(test_warnings),
         ROOM_TEST(test_refusals),
         ROOM_TEST(test_help),
     };

@@ -56,6 +56,18 @@ static int rendered(void **state)
     return bits;
 }
 
+/* What an image will lack is said with its name. */
+static void test_warnings(void **state)
+{
+    ca_program_result r;
+    write_changed(state, "study.json", study_text, "\"spp\": 1", "\"integrator\": \"bdpm:radius=1000\", \"spp\": 1");
+    RUN(&r, "study", "study.json", "-o", "out");
+    assert_exit(&r, 0);
+    assert_says(r.errors, "caustica: warning: out/images/seen-image.exr: a merge radius of 1000 reaches beyond the");
+    assert_says(r.errors, "caustica: warning: out/images/hidden-image.exr: a merge radius of 1000 reaches beyond");
+    if (strstr(r.errors, "reference.exr")) fail_msg("%s", r.errors);
+}
+
 static void test_renders_what_is_missing(void **state)
 {
     char path[256];
@@ -331,6 +343,7 @@ static void test_bundled_study(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        PROGRAM_TEST(test_warnings),
         PROGRAM_TEST(test_renders_what_is_missing),
         PROGRAM_TEST(test_renders_the_same),
         PROGRAM_TEST(test_bad_configs),

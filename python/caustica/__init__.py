@@ -13,7 +13,7 @@ from caustica._errors import ArgumentError, Error, FileError, FormatError, OutOf
 from caustica._image import Bitmap, Image, compare
 from caustica._library import ffi as _ffi
 from caustica._library import lib as _lib
-from caustica._render import Noise, Settings, measure_noise, render
+from caustica._render import Noise, Settings, measure_noise, preflight, render
 from caustica._scene import Scene, load_dict, load_file, load_string
 from caustica._transform import ScalarTransform4f
 
@@ -21,7 +21,7 @@ __version__ = _ffi.string(_lib.ca_version()).decode()
 
 __all__ = ["ArgumentError", "Bitmap", "Error", "FileError", "FormatError", "Image", "Mesh", "Noise", "Object",
            "OutOfMemory", "ScalarTransform4f", "Scene", "SceneError", "Settings", "Unsupported", "compare", "converge", "load_dict",
-           "load_file", "load_string", "measure_noise", "render", "set_variant", "util", "variant", "variants"]
+           "load_file", "load_string", "measure_noise", "preflight", "render", "set_variant", "util", "variant", "variants"]
 
 
 def variants():

@@ -13,7 +13,7 @@ from caustica import util as util
 __version__: str
 __all__ = ["ArgumentError", "Bitmap", "Error", "FileError", "FormatError", "Image", "Mesh", "Noise", "Object",
            "OutOfMemory", "ScalarTransform4f", "Scene", "SceneError", "Settings", "Unsupported", "compare", "converge", "load_dict",
-           "load_file", "load_string", "measure_noise", "render", "set_variant", "util", "variant", "variants"]
+           "load_file", "load_string", "measure_noise", "preflight", "render", "set_variant", "util", "variant", "variants"]
 
 _Path = str | os.PathLike[str]
 _Described = Mapping[str, Any] | Object
@@ -156,6 +156,8 @@ def load_dict(description: Mapping[str, Any], parallel: bool = ..., optimize: bo
               previous: Scene | None = ...) -> Any: ...
 def render(scene: Scene, settings: Settings | None = ..., *, sensor: _Described | int | None = ..., progress: _Progress = ...,
            **changes: Any) -> Image: ...
+def preflight(scene: Scene, settings: Settings | None = ..., *, sensor: _Described | int | None = ...,
+              **changes: Any) -> dict[str, Any]: ...
 def measure_noise(scene: Scene, iterations: int, settings: Settings | None = ..., *, counts: Sequence[tuple[int, int]] = ...,
                   progress: _Progress = ..., **changes: Any) -> Noise: ...
 def compare(image: Image | npt.ArrayLike, reference: Image | npt.ArrayLike,

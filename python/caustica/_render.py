@@ -215,6 +215,21 @@ def render(scene, settings=None, *, sensor=None, progress=None, **changes):
     return made
 
 
+def preflight(scene, settings=None, *, sensor=None, **changes):
+    """What can be said of a render before it is made, with the settings of render(): a dict. `warnings` are sentences, as the
+    program prints them; `lost_light` is the share of the picture's light that the integrator will find none or too little of,
+    with its 95 % interval (NaN: not known). Takes 0.02 to 0.3 s of one thread."""
+    scene = _seen_by(scene, sensor)
+    error, told = new_error(), ffi.new("ca_preflight *")
+    call = _Call(_settings(settings, changes), None)
+    with interruptible() as call.struct.stop:
+        status = lib.ca_preflight_make(scene._pointer, call.struct, told, error)
+    call.check(status, error)
+    record = as_record(told)
+    record["warnings"] = record["warnings"][:record.pop("warning_count")]
+    return record
+
+
 class Noise:
     """Where the noise of a scene comes from: the result of measure_noise()."""
 

@@ -378,6 +378,20 @@ def test_files_of_pictures(tmp_path, image):
         image.save(tmp_path / "no" / "a.exr")
 
 
+def test_preflight(scene):
+    T = caustica.ScalarTransform4f
+    water = {"type": "rectangle", "to_world": T().translate([0, -0.5, 0]).rotate([1, 0, 0], -90).scale(9),
+             "bsdf": {"type": "dielectric"}}
+    wet = caustica.load_dict(description(water=water))
+    told = caustica.preflight(wet, integrator="path", spp=16)
+    assert told["lost_light"] > 0.5 and told["lost_light_low"] <= told["lost_light"] <= told["lost_light_high"]
+    assert len(told["warnings"]) == 1 and told["warnings"][0].startswith('"path" will find none or too little of about')
+    dry = caustica.preflight(scene, spp=16)
+    assert dry["lost_light"] < 0.02 and dry["warnings"] == [] and dry["rays"] > 0
+    with pytest.raises(caustica.ArgumentError, match="pathh"):
+        caustica.preflight(scene, integrator="pathh")
+
+
 def test_noise(scene):
     noise = caustica.measure_noise(scene, 8, integrator="bdpm", light_paths=1000, threads=1)
     here, more = noise.average(1000, 4), noise.average(4000, 4)

@@ -4,6 +4,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "cli/commands.h"
+#include "cli/look_ahead.h"
 #include "cli/noise_print.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
@@ -469,6 +470,18 @@ static ca_status work(const noise_options *o, const ca_scene *scene, const ca_re
     return status;
 }
 
+/* Says what the picture will lack: that of a render of as many samples, with what is used instead of the scene's. */
+static ca_status look_ahead(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
+                            const ca_noise_setup *setup, ca_error *error)
+{
+    ca_render_settings render = *settings;
+    if (scene->light_count == 0) return CA_OK; /* the report says so */
+    render.samples_per_pixel = o->iterations * setup->camera_paths;
+    render.camera_paths = setup->camera_paths;
+    if (!render.integrator) render.integrator = setup->integrator;
+    return ca_look_ahead(scene, &render, NULL, NULL, error);
+}
+
 static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise_report *report, ca_error *error)
 {
     ca_progress_line line = ca_progress_start(!o->quiet);
@@ -483,6 +496,7 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     double scale = 1.0;
     CA_TRY(check_settings(o, scene, &settings, &setup, report, error));
     if (!o->quiet) print_replaced(&setup, scene);
+    CA_TRY(look_ahead(o, scene, &settings, &setup, error));
     ca_signals_catch(o->quiet);
     ca_status status = work(o, scene, &settings, &line, report, &image, error);
     ca_progress_clear(&line);

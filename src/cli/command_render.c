@@ -1,6 +1,7 @@
 /* caustica render: from a scene file to image files. */
 #include "base/text.h"
 #include "cli/live_view.h"
+#include "cli/look_ahead.h"
 #include "cli/mpi_ranks.h"
 #include "cli/progress.h"
 #include "cli/render_options.h"
@@ -130,17 +131,6 @@ static void warn_of_torn_replicate(const ca_render_options *o, const ca_scene *s
            (unsigned long long)each);
 }
 
-/* Says what the picture will lack. The merge radius that this takes is the render's. */
-static ca_status look_ahead(const ca_scene *scene, ca_render_settings *settings, ca_error *error)
-{
-    ca_preflight preflight;
-    CA_TRY(ca_preflight_make(scene, settings, &preflight, error));
-    for (uint32_t i = 0; i < preflight.warning_count; i++)
-        ca_say(stderr, "caustica: warning: %s\n", preflight.warnings[i]);
-    settings->radius = preflight.radius;
-    return CA_OK;
-}
-
 /* Before the first pass; the image has at most the size of the film. */
 static ca_status reserve_outputs(const ca_render_options *o, const ca_scene *scene, ca_reserve **reserve,
                                  ca_error *error)
@@ -172,7 +162,7 @@ static ca_status render_image(const ca_render_options *o, const ca_scene *scene,
     ca_keep_fill(&o->keep, &settings);
     ca_reserve *reserve = NULL;
     ca_status status = reserve_outputs(o, scene, &reserve, error);
-    if (status == CA_OK) status = look_ahead(scene, &settings, error);
+    if (status == CA_OK) status = ca_look_ahead(scene, &settings, NULL, &settings.radius, error);
     status = ca_ranks_agree(settings.ranks, status, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&view->line);
@@ -213,7 +203,8 @@ static ca_status help_render(const ca_render_options *o, const ca_scene *scene, 
     ca_image_layers *image = NULL;
     CA_TRY(ca_ranks_agree(ranks, CA_OK, error)); /* the live view */
     ca_signals_catch(true);
-    ca_status status = ca_ranks_agree(ranks, look_ahead(scene, &settings, error), error);
+    ca_status status = ca_ranks_agree(
+        ranks, ca_look_ahead(scene, &settings, NULL, &settings.radius, error), error);
     if (status == CA_OK) status = ca_render(scene, &settings, &image, NULL, error);
     ca_signals_release();
     return status;

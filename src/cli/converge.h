@@ -53,6 +53,7 @@ typedef struct ca_converge_options {
 typedef struct ca_converge_integrator {
     const char *text; /* "ovcm:max_depth=8" */
     const char *name; /* of its files: "ovcm-1f0a93c2", "path" */
+    bool is_looked_at; /* what its pictures lack has been said */
 } ca_converge_integrator;
 
 typedef struct ca_converge_render {

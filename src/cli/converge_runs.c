@@ -1,6 +1,7 @@
 /* caustica converge: making the renders that are missing, taking those that are there, and measuring both. */
 #include "base/file.h"
 #include "cli/converge.h"
+#include "cli/look_ahead.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/say.h"
@@ -109,7 +110,18 @@ static ca_status keep(const ca_converge_render *r, ca_image_layers *image, const
     return ca_layers_write(image, r->path, 0.0f, error);
 }
 
-static ca_status render(const ca_converge *c, const ca_converge_render *r, ca_image_layers **image, ca_error *error)
+/* Says once what pictures of the integrator will lack; those of the last step lack the least. */
+static ca_status look_ahead(ca_converge *c, const ca_converge_render *r, ca_error *error)
+{
+    ca_converge_integrator *integrator = &c->integrators[r->integrator];
+    if (integrator->is_looked_at) return CA_OK;
+    integrator->is_looked_at = true;
+    const ca_converge_render *last = ca_converge_at(c, c->step_count - 1, r->integrator, 0);
+    const ca_render_settings settings = ca_converge_settings(c, last);
+    return ca_look_ahead(c->scene, &settings, integrator->text, NULL, error);
+}
+
+static ca_status render(ca_converge *c, const ca_converge_render *r, ca_image_layers **image, ca_error *error)
 {
     watcher w = {.line = ca_progress_start(!c->options->quiet), .quiet = c->options->quiet};
     ca_render_settings settings = ca_converge_settings(c, r);
@@ -118,7 +130,8 @@ static ca_status render(const ca_converge *c, const ca_converge_render *r, ca_im
     settings.progress = watch;
     settings.progress_user = &w;
     settings.stop = ca_signals_stop();
-    ca_status status = ca_render(c->scene, &settings, image, &statistics, &reason);
+    ca_status status = look_ahead(c, r, &reason);
+    if (status == CA_OK) status = ca_render(c->scene, &settings, image, &statistics, &reason);
     ca_progress_clear(&w.line);
     if (statistics.interrupted || status == CA_ERROR_INTERRUPTED) return CA_ERROR_INTERRUPTED;
     if (status != CA_OK)

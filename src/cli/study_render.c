@@ -1,4 +1,5 @@
 #define _POSIX_C_SOURCE 200809L
+#include "cli/look_ahead.h"
 #include "cli/study_render.h"
 
 #include "base/hash.h"
@@ -73,7 +74,8 @@ static bool is_done(const char *path, const char *settings)
 }
 
 static ca_status render_scene(const ca_study_work *work, const ca_scene *scene, const ca_study_render *render,
-                              ca_image_layers **image, ca_render_statistics *statistics, ca_error *error)
+                              const char *name, ca_image_layers **image, ca_render_statistics *statistics,
+                              ca_error *error)
 {
     ca_progress_line line = ca_progress_start(!work->quiet);
     ca_render_settings settings;
@@ -89,7 +91,8 @@ static ca_status render_scene(const ca_study_work *work, const ca_scene *scene, 
     settings.progress = ca_progress_report;
     settings.progress_user = &line;
     settings.stop = ca_signals_stop();
-    const ca_status status = ca_render(scene, &settings, image, statistics, error);
+    ca_status status = ca_look_ahead(scene, &settings, name, NULL, error);
+    if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&line);
     return status;
 }
@@ -100,7 +103,7 @@ static ca_status render_file(const ca_study_work *work, const ca_scene *scene, c
     ca_image_layers *image = NULL;
     ca_render_statistics statistics = {0};
     char time[32];
-    ca_status status = render_scene(work, scene, render, &image, &statistics, error);
+    ca_status status = render_scene(work, scene, render, path, &image, &statistics, error);
     if (status == CA_OK && statistics.interrupted)
         status = ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
                          "stopped by a signal; the same command goes on where this one ended");

@@ -4,8 +4,8 @@
  * The account counts processor time that was used: by the thread that serves, and for each picture by the thread that
  * makes it. (The render's other threads wait meanwhile, and use none.) Before anything is spent, the budget is asked.
  * What a picture will cost is estimated from the last one. Two kinds of pictures are taken whatever they cost: the
- * first one, and one that, if it were not begun now, would be ready more than CA_LIVE_MOST_SECONDS after the last; but
- * rendering has half of the time. Answers wait for debts, and a picture is of use
+ * first one, and one that, begun later, would be ready more than CA_LIVE_MOST_SECONDS after the last; but rendering
+ * has half of the time. Answers wait for debts, and a picture is of use
  * once it has been sent: one that CA_LIVE_DEBT_SECONDS of rendering would not pay for is not charged, and sending
  * CA_LIVE_SENT_CHANNELS of it is paid for with it. A small advance, granted once, is there from the beginning, so
  * that a page opens at once. A part of the share is kept for the end, when viewers fetch the last picture, together

@@ -84,7 +84,6 @@ static void warn_of_radius(ca_preflight *preflight, double scene_radius)
 static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan, ca_error *error)
 {
     ca_mis_rules counts;
-    if (plan->rays != CA_RAYS_OF_SETTINGS) return CA_OK; /* which numbers they are, the plan does not know */
     if (!ca_integrator_counts(plan->type, &plan->input, &counts)) return CA_OK;
     const double iterations = ca_render_plan_expected_passes(plan);
     const double to_lose = ca_light_pilot_passes(plan, iterations);
@@ -98,7 +97,8 @@ static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan
     preflight->rays = pilot.counters.rays;
     preflight->shadow_rays = pilot.counters.shadow_rays;
     judge_lost_light(preflight, plan, counts.merge != CA_MERGE_NONE, &pilot);
-    judge_merges(preflight, plan, &counts, iterations, &pilot);
+    /* Numbers that will be chosen the plan does not know: what is lost hardly depends on them, but dots do. */
+    if (plan->rays == CA_RAYS_OF_SETTINGS) judge_merges(preflight, plan, &counts, iterations, &pilot);
     ca_light_pilot_destroy(&pilot);
     return CA_OK;
 }
