@@ -218,25 +218,35 @@ static double axial_radius(const ca_realistic *r)
     return inside;
 }
 
-/* Omega = pi sin^2 of the steepest ray from the film's centre that gets through. */
+/* pi sin^2 of the steepest ray from the film's centre that gets through. */
 static double axial_solid_angle(const ca_realistic *r)
 {
     const double radius2 = r->pupil_radius * r->pupil_radius;
     return CA_PI_D * radius2 / (radius2 + r->film_distance * r->film_distance);
 }
 
-static void place_film(ca_realistic *r)
+/* What does not depend on the film's size. */
+static void prepare_axis(ca_realistic *r)
 {
     r->last_w = ca_lens_length(&r->lens);
     r->film_w = r->last_w + r->film_distance;
+    r->pupil_radius = axial_radius(r);
+    r->solid_angle = axial_solid_angle(r);
+}
+
+double ca_realistic_solid_angle(const ca_realistic *camera)
+{
+    ca_realistic r = *camera;
+    prepare_axis(&r);
+    return r.solid_angle;
 }
 
 bool ca_realistic_is_dark(const ca_realistic *camera, uint32_t *surface, ca_lens_end *end)
 {
     ca_realistic r = *camera;
-    place_film(&r);
+    prepare_axis(&r);
     const double least = 1e-5 * reach(&r, 0.0);
-    if (axial_radius(&r) > least) return false;
+    if (r.pupil_radius > least) return false;
     ca_lens_ray ray = {.w = r.film_w};
     set_direction(least, 0.0, -r.film_distance, &ray);
     *end = ca_lens_trace_to_end(&r.lens, &ray, surface);
@@ -247,9 +257,7 @@ void ca_realistic_prepare(ca_camera *camera)
 {
     enum { MARGIN = 4 }; /* in pixels, beyond the film's corners, for filters */
     ca_realistic *r = &camera->as.realistic;
-    place_film(r);
-    r->pupil_radius = axial_radius(r);
-    r->solid_angle = axial_solid_angle(r);
+    prepare_axis(r);
     const double pixel = hypot((double)camera->pixel_width, (double)camera->pixel_height);
     r->ring_width = (0.5 * r->film_diagonal + MARGIN * pixel) / CA_PUPIL_RINGS;
     ray_bundle bundle = {{0}};

@@ -55,6 +55,9 @@ typedef struct ca_realistic {
     ca_pupil_box rings[CA_PUPIL_RINGS]; /* by the film point's distance from the axis; the last one for all beyond */
 } ca_realistic;
 
+/* Omega, of what need not be prepared. */
+double ca_realistic_solid_angle(const ca_realistic *camera);
+
 /* Fills what is made; the camera's pixel_width, pixel_height, left and top are known. Some hundredths of a second. */
 void ca_realistic_prepare(struct ca_camera *camera);
 

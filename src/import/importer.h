@@ -114,6 +114,11 @@ const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node 
 bool ca_import_enter(ca_importer *importer, ca_xml_node *node);
 void ca_import_leave(ca_importer *importer, ca_xml_node *node, uint32_t result);
 
+/* The table of a lens in a file, its bytes taken into the content's hash; false after failing. */
+struct ca_lens_table;
+bool ca_import_lens_file(ca_importer *importer, const char *path, const ca_location *where,
+                         struct ca_lens_table *table);
+
 /* Path of the file that a parameter names, in the description's strings; NULL after failing. */
 const char *ca_import_filename(ca_props *props, const char *name);
 /* Index of the image that `filename` or `data` names, read at the first call; CA_NONE after failing. */

@@ -210,34 +210,24 @@ static void import_distant(ca_props *props, void *result)
 
 /* ---- Realistic ------------------------------------------------------------------------------------------------- */
 
-static void read_lens(ca_props *props, const char *text, size_t size, const char *file, const ca_location *where,
-                      ca_lens_table *table)
+bool ca_import_lens_file(ca_importer *importer, const char *path, const ca_location *where, ca_lens_table *table)
 {
-    ca_importer *importer = props->importer;
-    if (!ca_import_good(importer)) return;
-    if (memchr(text, 0, size)) {
-        ca_import_fail(importer, &props->node->where, "%s is no text file", file);
-        return;
-    }
-    importer->status = ca_import_lens(file, text, size, where, table, importer->error);
-}
-
-static void read_lens_file(ca_props *props, ca_lens_table *table)
-{
-    ca_importer *importer = props->importer;
-    const char *path = ca_import_filename(props, "filename");
-    if (!path) return;
     ca_bytes bytes;
     ca_error reason;
     const ca_status status = ca_file_read(path, "lens", 1 << 20, &bytes, &reason);
     if (status != CA_OK) {
-        ca_import_fail_file(importer, &props->node->where, status, &reason);
-        return;
+        ca_import_fail_file(importer, where, status, &reason);
+        return false;
     }
     uint64_t *const hash = &importer->document.content_hash;
     *hash = ca_hash_bytes(ca_hash_add(*hash, bytes.size), bytes.data, bytes.size);
-    read_lens(props, (const char *)bytes.data, bytes.size, path, NULL, table);
+    if (memchr(bytes.data, 0, bytes.size))
+        ca_import_fail(importer, where, "%s is no text file", path);
+    else
+        importer->status =
+            ca_import_lens(path, (const char *)bytes.data, bytes.size, NULL, table, importer->error);
     ca_bytes_destroy(&bytes);
+    return ca_import_good(importer);
 }
 
 /* The table, from a file or the scene; false after failing. */
@@ -249,9 +239,13 @@ static bool import_lens(ca_props *props, ca_lens_table *table)
         ca_props_fail(props, "lens", "or filename must be given, and not both");
     } else if (text) {
         const char *value = ca_props_string(props, "lens", "");
-        read_lens(props, value, strlen(value), text->where.file, &text->where, table);
+        ca_importer *importer = props->importer;
+        if (ca_import_good(importer))
+            importer->status =
+                ca_import_lens(text->where.file, value, strlen(value), &text->where, table, importer->error);
     } else {
-        read_lens_file(props, table);
+        const char *path = ca_import_filename(props, "filename");
+        if (path) ca_import_lens_file(props->importer, path, &props->node->where, table);
     }
     return ca_import_good(props->importer);
 }

@@ -41,28 +41,10 @@ static void read_orthographic(ca_pbrt *p)
     read_screen(p);
 }
 
-/* The sensor is made at once: it asks for the film's diagonal alone. */
-static void read_realistic(ca_pbrt *p)
-{
-    static const char *const without_effect[] = {"simpleweighting", "scale"};
-    const char *file = ca_pbrt_string(&p->params, "lensfile", NULL);
-    p->camera = CA_PBRT_REALISTIC;
-    p->lens_file = file;
-    p->aperture_diameter = ca_pbrt_number_in(&p->params, "aperturediameter", 1.0, 1e-6, 1e6);
-    p->focal_distance = ca_pbrt_number_in(&p->params, "focusdistance", 10.0, 1e-6, 1e9);
-    ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
-    if (!file) ca_pbrt_fail(&p->params, "lensfile", "is missing");
-    if (ca_pbrt_find(&p->params, "aperture"))
-        ca_pbrt_fail(&p->params, "aperture", "is not supported: stops are round");
-    ca_import_note(p->importer, &p->params.where,
-                   "of a realistic camera the distance in focus is measured from the lens, where the camera then "
-                   "stands, and its aperture does not change the exposure");
-}
-
 void ca_pbrt_read_camera(ca_pbrt *p, const char *type)
 {
     static const char *const kinds[] = {"perspective", "orthographic", "realistic"};
-    static void (*const reads[])(ca_pbrt * p) = {read_perspective, read_orthographic, read_realistic};
+    static void (*const reads[])(ca_pbrt * p) = {read_perspective, read_orthographic, ca_pbrt_read_lens_camera};
     static const char *const without_effect[] = {"shutteropen", "shutterclose"};
     p->camera_where = p->params.where;
     ca_pbrt_ignore(&p->params, without_effect, CA_COUNT(without_effect));
@@ -357,8 +339,7 @@ static void find_screen(ca_pbrt *p)
                        "the camera's window is not of the film's shape: pixels must be square");
 }
 
-/* The camera's scale, which the sensor's map cannot have, and the map without it; pbrt's x is to the right. */
-static double split_map(ca_pbrt *p, ca_matrix *map)
+double ca_pbrt_split_camera_map(ca_pbrt *p, ca_matrix *map)
 {
     static const ca_matrix turn = {{{-1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}};
     const double scale = cbrt(fabs(ca_matrix_determinant3(&p->camera_to_world)));
@@ -372,7 +353,7 @@ static double split_map(ca_pbrt *p, ca_matrix *map)
 static void put_perspective(ca_pbrt *p)
 {
     ca_matrix map;
-    const double scale = split_map(p, &map), tangent = tan(0.5 * p->camera_fov * (pi / 180.0));
+    const double scale = ca_pbrt_split_camera_map(p, &map), tangent = tan(0.5 * p->camera_fov * (pi / 180.0));
     const double width = p->screen[1] - p->screen[0], height = p->screen[3] - p->screen[2];
     const bool lens = p->lens_radius > 0.0;
     p->sensor = ca_tree_object(&p->tree, ca_tree_root(&p->tree), "sensor", lens ? "thinlens" : "perspective");
@@ -401,20 +382,6 @@ static void put_orthographic(ca_pbrt *p)
     ca_tree_transform(&p->tree, p->sensor, "to_world", &map);
 }
 
-/* Units of the lens are mm, those of the scene metres. */
-static void put_realistic(ca_pbrt *p)
-{
-    ca_matrix map;
-    const double scale = split_map(p, &map);
-    p->sensor = ca_tree_object(&p->tree, ca_tree_root(&p->tree), "sensor", "realistic");
-    ca_tree_transform(&p->tree, p->sensor, "to_world", &map);
-    ca_tree_string(&p->tree, p->sensor, "filename", p->lens_file ? p->lens_file : "");
-    ca_tree_float(&p->tree, p->sensor, "aperture_diameter", p->aperture_diameter);
-    ca_tree_float(&p->tree, p->sensor, "focus_distance", p->focal_distance * scale);
-    ca_tree_float(&p->tree, p->sensor, "lens_scale", 1e-3 * scale);
-    ca_tree_float(&p->tree, p->sensor, "film_diagonal", p->film_diagonal);
-}
-
 /* Rays of pbrt begin at the camera itself. */
 static void put_sensor(ca_pbrt *p)
 {
@@ -424,7 +391,7 @@ static void put_sensor(ca_pbrt *p)
     switch (p->camera) {
     case CA_PBRT_PERSPECTIVE: put_perspective(p); break;
     case CA_PBRT_ORTHOGRAPHIC: put_orthographic(p); break;
-    case CA_PBRT_REALISTIC: put_realistic(p); return;
+    case CA_PBRT_REALISTIC: ca_pbrt_put_lens_camera(p); return;
     }
     ca_tree_float(&p->tree, p->sensor, "near_clip", 1e-4);
     ca_tree_float(&p->tree, p->sensor, "far_clip", 1e10);

@@ -110,8 +110,10 @@ typedef struct ca_pbrt {
     ca_location camera_where;
     uint32_t film_width, film_height;
     double film_diagonal;
+    /* Of the realistic camera; diameters in mm. */
     const char *lens_file;
-    double aperture_diameter; /* of the realistic camera, in mm */
+    double aperture_diameter, shutter_time;
+    bool has_aperture, simple_weighting;
     /* Meshes from files: the arrays that they became, by what tells the files (reuse.h); and the latest of any. */
     CA_TABLE(ca_pbrt_mesh) arrays;
     ca_key_table files;
@@ -232,5 +234,13 @@ void ca_pbrt_read_sampler(ca_pbrt *p, const char *type);
 void ca_pbrt_read_integrator(ca_pbrt *p, const char *type);
 /* At WorldBegin: the sensor with all that was said. */
 void ca_pbrt_finish_options(ca_pbrt *p);
+/* The camera's scale, which the sensor's map cannot have, and the map without it; pbrt's x is to the right. */
+double ca_pbrt_split_camera_map(ca_pbrt *p, ca_matrix *map);
+
+/* ---- Camera "realistic" (lens_camera.c) ------------------------------------------------------------------------ */
+
+void ca_pbrt_read_lens_camera(ca_pbrt *p);
+/* The sensor; and the exposure becomes what the lens makes it. */
+void ca_pbrt_put_lens_camera(ca_pbrt *p);
 
 #endif
