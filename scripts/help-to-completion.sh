@@ -1,18 +1,19 @@
 #!/bin/sh
 # Completion for bash and zsh from what the program says of itself, so that it cannot go stale: commands from
 # `caustica --help`, options from `caustica COMMAND --help`, samplers from that of render, integrators with their
-# parameters from `caustica help --integrators`. All of it is in the scripts: the shell does not call the program.
+# parameters from `caustica help --integrators`, other names from `caustica help --values`. All of it is in the
+# scripts: the shell does not call the program.
 #
 #   scripts/help-to-completion.sh CAUSTICA BASH-FILE ZSH-FILE
 #
-# What an option's value is, its argument says: FILE is a file, FOLDER and DIR are folders. Values of --integrator and
-# --sampler are names; behind an integrator's, "path:", are its parameters and their values. Words that are no options
-# are files.
+# What an option's value is, its argument says: FILE is a file, FOLDER and DIR are folders. Values of --integrator,
+# --sampler and some others are names, of --layers a list of them with commas; behind an integrator's, "path:", are
+# its parameters and their values. Words that are no options are files.
 set -eu
 program=$1 bash_file=$2 zsh_file=$3
 
 # One line for each: "command NAME SUMMARY", "option COMMAND LETTER LONG ARGUMENT HELP", "integrator NAME",
-# "integrator NAME:PARAMETER=VALUE", "sampler NAME"; with tabs; "-" where there is none.
+# "integrator NAME:PARAMETER=VALUE", "sampler NAME", "value OPTION NAME"; with tabs; "-" where there is none.
 describe() {
     "$program" --help | awk '/^  [a-z]/ && $1 != "caustica" {
         name = $1
@@ -20,6 +21,7 @@ describe() {
         print "command\t" name "\t" $0
     }'
     "$program" help --integrators | awk '{ print "integrator\t" $0 }'
+    "$program" help --values | awk '{ print "value\t" $1 "\t" $2 }'
     for command in $("$program" --help | awk '/^  [a-z]/ && $1 != "caustica" { print $1 }'); do
         "$program" "$command" --help | awk -v command="$command" '
         function flush() { if (head != "") print head "\t" (help == "" ? "-" : help); head = "" }
@@ -57,6 +59,7 @@ function kind_of(long, argument)
 {
     if (long == "integrator") return "integrators"
     if (long == "sampler") return "samplers"
+    if (long in values) return (long in lists ? "list_" : "values_") long
     if (argument ~ /FILE/) return "files"
     if (argument ~ /^(DIR|FOLDER)$/) return "folders"
     return argument == "-" ? "flag" : "other"
@@ -65,6 +68,9 @@ BEGIN { FS = "\t" }
 $1 == "command" { command[++commands] = $2; summary[$2] = $3 }
 $1 == "option" { n = ++options[$2]; letter[$2, n] = $3; long[$2, n] = $4; argument[$2, n] = $5; help[$2, n] = $6 }
 $1 == "integrator" { integrators = integrators (integrators == "" ? "" : " ") $2 }
+$1 == "option" && $5 == "LIST" { lists[$4] }
+$1 == "value" && !($2 in values) { named[++valued] = $2; values[$2] = $3; next }
+$1 == "value" { values[$2] = values[$2] " " $3 }
 $1 == "sampler" { samplers = samplers (samplers == "" ? "" : " ") $2 }
 '
 
@@ -133,6 +139,15 @@ END {
     print "    esac\n    COMPREPLY=()\n    case $kind in"
     print "    integrators) _caustica_integrator \"$whole\" \"$word\" ;;"
     print "    samplers) COMPREPLY=($(compgen -W \"" samplers "\" -- \"$word\")) ;;"
+    for (i = 1; i <= valued; i++) {
+        names = "-W \"" values[named[i]] "\" --"
+        if (!(named[i] in lists)) {
+            print "    values_" named[i] ") COMPREPLY=($(compgen " names " \"$word\")) ;;"
+            continue
+        }
+        print "    list_" named[i] ") # behind a comma the next name"
+        print "        COMPREPLY=($(compgen -P \"${word%\"${word##*,}\"}\" " names " \"${word##*,}\")) ;;"
+    }
     print "    files) compopt -o default 2>/dev/null ;;"
     print "    folders) compopt -o dirnames 2>/dev/null ;;"
     print "    other) ;;"
@@ -159,6 +174,8 @@ function action(kind)
 {
     if (kind == "integrators") return "_caustica_integrators"
     if (kind == "samplers") return "(" samplers ")"
+    if (kind ~ /^values_/) return "(" values[substr(kind, 8)] ")"
+    if (kind ~ /^list_/) return "{_values -s , name " values[substr(kind, 6)] "}"
     return kind == "files" ? "_files" : kind == "folders" ? "_files -/" : " "
 }
 END {

@@ -8,7 +8,7 @@ program=$build/caustica
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-echo "1..13"
+echo "1..15"
 make_all() {
     sh scripts/help-to-man.sh "$program" "$folder/man" &&
         sh scripts/help-to-completion.sh "$program" "$folder/bash" "$folder/zsh"
@@ -151,6 +151,35 @@ bash_completes_whole_words() {
         completes "noise" help noi
 }
 check "bash completes words that are not split" bash_completes_whole_words
+
+# Names that options take; of layers a list, whose next name is completed.
+bash_completes_values() {
+    completes "srgb aces hable reinhard linear" render --tone "" && completes "aces" merge --tone a &&
+        completes "aces" compare --tone = a && completes "srgb aces hable reinhard" compare --flip-tone "" &&
+        completes "ldr hdr both none" compare --flip "" && completes "worst-decile" render --objective w &&
+        completes "mean" noise --objective m && completes "all" render --layers al &&
+        completes "Albedo,Noise Albedo,Noise.Camera Albedo,Noise.Light Albedo,Noise.Pair" merge --layers Albedo,No &&
+        completes "Albedo,N.X,P.Z" render --layers Albedo,N.X,P.Z && completes "" render --threads ""
+}
+check "bash completes values that are names" bash_completes_values
+
+# What is offered is what the program takes: it complains of the next thing.
+values_are_taken() {
+    local option value
+    "$program" help --values >"$folder/values"
+    [ "$(wc -l <"$folder/values")" -gt 60 ] || return 1
+    while read -r option value; do
+        case $option in
+        tone | layers) set -- merge none.part -o a.png -o a.exr ;;
+        flip | flip-tone) set -- compare none.pfm --reference none.pfm ;;
+        objective) set -- render none.xml --rays auto -i bdpm --spp 2 -o a.exr ;;
+        *) echo "$option is not tested"; return 1 ;;
+        esac
+        (cd "$folder" && "$program" "$@" "--$option" "$value") >"$folder/said" 2>&1
+        grep -q "none.*cannot open" "$folder/said" || { echo "--$option $value"; cat "$folder/said"; return 1; }
+    done <"$folder/values"
+}
+check "values that are completed are taken" values_are_taken
 
 bash_knows_all() {
     local command found

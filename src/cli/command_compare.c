@@ -169,17 +169,21 @@ static compare_options defaults(void)
     return o;
 }
 
+static const struct {
+    const char *name;
+    bool ldr, hdr;
+} flip_kinds[] = {{"ldr", true, false}, {"hdr", false, true}, {"both", true, true}, {"none", false, false}};
+enum { FLIP_KINDS = sizeof flip_kinds / sizeof flip_kinds[0] };
+
+const char *ca_compare_flip_kind(size_t i) { return i < FLIP_KINDS ? flip_kinds[i].name : NULL; }
+
 static ca_status find_flip_kind(compare_options *o, ca_error *error)
 {
-    static const struct {
-        const char *name;
-        bool ldr, hdr;
-    } kinds[] = {{"ldr", true, false}, {"hdr", false, true}, {"both", true, true}, {"none", false, false}};
     o->flip_auto = !o->flip;
-    for (size_t i = 0; o->flip && i < sizeof kinds / sizeof kinds[0]; i++)
-        if (strcmp(o->flip, kinds[i].name) == 0) {
-            o->metrics.flip_ldr = kinds[i].ldr;
-            o->metrics.flip_hdr = kinds[i].hdr;
+    for (size_t i = 0; o->flip && i < FLIP_KINDS; i++)
+        if (strcmp(o->flip, flip_kinds[i].name) == 0) {
+            o->metrics.flip_ldr = flip_kinds[i].ldr;
+            o->metrics.flip_hdr = flip_kinds[i].hdr;
             return CA_OK;
         }
     if (!o->flip) return CA_OK;

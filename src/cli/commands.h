@@ -16,6 +16,9 @@ int ca_command_study(int word_count, char *const words[]);
 int ca_command_convert(int word_count, char *const words[]);
 int ca_command_info(int word_count, char *const words[]);
 
+/* What compare's --flip can be; NULL behind the last one. */
+const char *ca_compare_flip_kind(size_t i);
+
 /* Prints "caustica: message" to standard error, and for wrong usage where help is; gives back the exit status.
  * `command` is the command's name or NULL. */
 int ca_report_usage(const char *command, const ca_error *error);

@@ -23,6 +23,8 @@ static const char *const known_names[] = {
 };
 enum { KNOWN_NAMES = sizeof known_names / sizeof known_names[0], LAYER_NAME_SIZE = 64 };
 
+const char *ca_layer_choice_name(size_t i) { return i < KNOWN_NAMES ? known_names[i] : NULL; }
+
 /* ---- Names ----------------------------------------------------------------------------------------------------- */
 
 /* The next name of the list, cut to the buffer; false at its end. */

@@ -22,6 +22,9 @@ typedef struct ca_layer_choice {
     bool half;
 } ca_layer_choice;
 
+/* Names that a render may write, "all" and "none"; NULL behind the last one. */
+const char *ca_layer_choice_name(size_t i);
+
 /* CA_ERROR_ARGUMENT where a name is none that a render can write, with the nearest one. `integrator`: its aovs have
  * names, too; NULL: there are none. */
 ca_status ca_layer_choice_check(const ca_layer_choice *choice, const ca_integrator_desc *integrator, ca_error *error);

@@ -67,8 +67,9 @@ static bool is_general_help(const char *word)
     return false;
 }
 
-/* "caustica help", "caustica help COMMAND". With --integrators the words that can be completed behind -i: the help of
- * render has defaults where a choice's words would be, so that a script needs another text. It is not in the help. */
+/* "caustica help", "caustica help COMMAND". With --integrators the words that can be completed behind -i, with
+ * --values those behind other options: the help has defaults and sentences there, so that a script needs another
+ * text. They are not in the help. */
 static int help(int word_count, char *const words[])
 {
     char *const wanted[] = {(char[]){"--help"}};
@@ -79,6 +80,10 @@ static int help(int word_count, char *const words[])
     }
     if (word_count == 1 && strcmp(words[0], "--integrators") == 0) {
         ca_candidates_print(stdout);
+        return CA_EXIT_DONE;
+    }
+    if (word_count == 1 && strcmp(words[0], "--values") == 0) {
+        ca_candidates_print_values(stdout);
         return CA_EXIT_DONE;
     }
     if (word_count == 1 && !is_general_help(words[0])) {

@@ -412,14 +412,18 @@ static void choose(chooser *c, ca_ray_numbers *numbers)
 
 /* ---- Names ----------------------------------------------------------------------------------------------------- */
 
+static const char *const objective_names[] = {
+    [CA_RAYS_MEAN] = "mean", [CA_RAYS_RELATIVE] = "relative", [CA_RAYS_WORST_DECILE] = "worst-decile"};
+enum { OBJECTIVES = sizeof objective_names / sizeof objective_names[0] };
+
+const char *ca_ray_objective_name(size_t i) { return i < OBJECTIVES ? objective_names[i] : NULL; }
+
 ca_status ca_ray_objective_find(const char *name, ca_ray_objective *objective, ca_error *error)
 {
-    static const char *const names[] = {
-        [CA_RAYS_MEAN] = "mean", [CA_RAYS_RELATIVE] = "relative", [CA_RAYS_WORST_DECILE] = "worst-decile"};
     *objective = CA_RAYS_MEAN;
     if (!name) return CA_OK;
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        if (strcmp(name, names[i]) != 0) continue;
+    for (size_t i = 0; i < OBJECTIVES; i++) {
+        if (strcmp(name, objective_names[i]) != 0) continue;
         *objective = (ca_ray_objective)i;
         return CA_OK;
     }
