@@ -8,7 +8,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 names="pool glass-of-water glass-blocks jewels"
 
-echo "1..6"
+echo "1..7"
 runs() { scripts/gallery.sh "$build" --quick "$folder/all" >"$folder/table"; }
 check "renders all scenes" runs
 
@@ -60,3 +60,11 @@ fails_with_the_program() {
 }
 check "what cannot be done fails" fails
 check "what the program cannot do fails, with its words" fails_with_the_program
+
+# Each picture of the page is made, and each that is made stands there.
+methods() {
+    scripts/method-pictures.sh "$build" --quick "$folder/methods" 2>/dev/null || return 1
+    diff <(ls "$folder/methods") <(grep -o 'pictures/methods/[a-z]*.png' docs/which-method.md | sed 's/.*\///' | sort) &&
+        diff <(ls "$folder/methods") <(ls docs/pictures/methods)
+}
+check "pictures of which method, when" methods
