@@ -277,7 +277,8 @@ static void test_gathered_curves(void **state)
     assert_non_null(file);
     fprintf(file, "LookAt 0 0.5 -3  0 0.5 0  0 1 0\nCamera \"perspective\" \"float fov\" 40\n"
                   "Film \"rgb\" \"integer xresolution\" 24 \"integer yresolution\" 18\n"
-                  "WorldBegin\nLightSource \"infinite\" \"rgb L\" [1 .8 .6]\nMaterial \"diffuse\"\n");
+                  "Integrator \"path\"\nWorldBegin\nLightSource \"infinite\" \"rgb L\" [1 .8 .6]\n"
+                  "Material \"diffuse\"\n");
     for (int i = 0; i < 40; i++)
         fprintf(file, "Shape \"curve\" \"point3 P\" [%g 0 0  %g .4 .1  %g .7 -.1  %g 1 .3] \"float width0\" .05 "
                       "\"float width1\" 0 \"string type\" \"cylinder\"\n",

@@ -168,7 +168,7 @@ static void defaults_are_those_of_the_version(void **state)
     assert_int_equal(desc.film.filter.kind, CA_RFILTER_GAUSSIAN);
     assert_int_equal(desc.sampler.kind, CA_SAMPLER_ZSOBOL);
     assert_int_equal(desc.samples_per_pixel, 16);
-    assert_string_equal(desc.integrator.name, "path");
+    assert_string_equal(desc.integrator.name, "auto");
     near(desc.integrator.parameters.items[0].number, 6.0);
     near((double)desc.camera.camera.as.perspective.tan_half_x, 1280.0 / 720.0);
     done();
@@ -177,6 +177,11 @@ static void defaults_are_those_of_the_version(void **state)
     assert_int_equal(desc.film.height, 480);
     assert_int_equal(desc.film.filter.kind, CA_RFILTER_BOX);
     assert_int_equal(desc.sampler.kind, CA_SAMPLER_HALTON);
+    assert_string_equal(desc.integrator.name, "auto");
+    near(desc.integrator.parameters.items[0].number, 6.0);
+    done();
+    import("Integrator \"path\"\n" FIRST);
+    assert_string_equal(desc.integrator.name, "path");
     done();
 }
 

@@ -212,8 +212,8 @@ static void test_pbrt(void **state)
     (void)state;
     static const char text[] =
         "LookAt 0 0 -4  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" 50\n"
-        "Film \"rgb\" \"integer xresolution\" 40 \"integer yresolution\" 24\nWorldBegin\n"
-        "LightSource \"point\" \"point3 from\" [ 1 2 -3 ]\n"
+        "Film \"rgb\" \"integer xresolution\" 40 \"integer yresolution\" 24\nIntegrator \"path\"\n"
+        "WorldBegin\nLightSource \"point\" \"point3 from\" [ 1 2 -3 ]\n"
         "AttributeBegin\nTranslate -1 0 0\nShape \"plymesh\" \"string filename\" \"%s\"\nAttributeEnd\n"
         "AttributeBegin\nTranslate 1 0 0\nReverseOrientation\nShape \"plymesh\" \"string filename\" \"%s\"\n"
         "AttributeEnd\nAttributeBegin\nTranslate 0 0.5 0\nShape \"plymesh\" \"string filename\" \"%s\"\n"

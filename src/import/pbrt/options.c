@@ -417,7 +417,8 @@ static void put_defaults(ca_pbrt *p)
     if (!p->filter) p->filter = ca_tree_object(&p->tree, NULL, "rfilter", "gaussian");
     put_sampler(p);
     if (!p->integrator) {
-        p->integrator = ca_tree_object(&p->tree, NULL, "integrator", "path");
+        /* As a scene in XML; but to the depth of pbrt's own default, so that it is the same light. */
+        p->integrator = ca_tree_object(&p->tree, NULL, "integrator", "auto");
         ca_tree_integer(&p->tree, p->integrator, "max_depth", 6);
     }
 }
