@@ -31,7 +31,14 @@ static void test_integrators_agree(void **state)
 {
     (void)state;
     /* Of photons alone a wider kernel has less noise, and no bias to speak of here. */
-    static const char *const integrators[] = {"light", "bdpt", "ovcm:radius=%g,alpha=0", "ppm:radius=0.08,alpha=0",
+    static const char *const integrators[] = {"light",
+                                              "bdpt",
+                                              "vcm:radius=%g,alpha=0",
+                                              "ovcm:radius=%g,alpha=0",
+                                              "vavcm:radius=%g,alpha=0",
+                                              "ppm:radius=0.08,alpha=0",
+                                              "bdpm:radius=0.08,alpha=0",
+                                              "qmcppm:radius=0.08,alpha=0",
                                               NULL};
     const agreement_settings settings = {
         .integrators = integrators, .wanted = is_through_a_lens, .target = target_bias, .max_samples = 100};
@@ -49,7 +56,12 @@ static void test_integrators_agree(void **state)
 static void test_threads_do_not_change_a_bit(void **state)
 {
     (void)state;
-    static const char *const integrators[] = {"path", "light", "vcm:radius=0.2", "qmcppm:light_paths=333"};
+    static const char *const integrators[] = {"path",
+                                              "light",
+                                              "bdpm:radius=0.2",
+                                              "vcm:radius=0.2",
+                                              "vavcm:radius=0.2",
+                                              "qmcppm:light_paths=333"};
     ca_scene *scene = agreement_scene_load(through_a_lens());
     for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++) {
         ca_render_settings settings;
