@@ -3,8 +3,8 @@
  *
  * As a fast test it tries a few calls of each kind. CA_TORTURE_MINUTES (make torture): for so long, finding them
  * included, the first 500 calls of each kind in each command and one call of each call stack beyond them; what is
- * left out then is told. CA_TORTURE_ONLY=NAME:KIND:N:STAYS:
- * one run, as a failure names it. */
+ * left out then is told. CA_TORTURE_ONLY=NAME:KIND:N:STAYS: one run, as a failure names it; CA_TORTURE_ONLY=NAME: a
+ * few calls of each kind in that command. */
 #include "base/clock.h"
 #include "support/program_test.h"
 #include "support/sample_files.h"
@@ -45,7 +45,8 @@ static const torture_command commands[] = {
     RENDER("path"),
     {.name = "compare",
      .words = {"compare", "b.exr", "--reference", "a.exr", "--html", "c.html", "--stats", "c.json"},
-     .outputs = {"c.html", "c.json"}},
+     .outputs = {"c.html", "c.json"},
+     .is_exact = true},
     {.name = "merge",
      .words = {"merge", "p0.part", "p1.part", "-o", "m.pfm", "-o", "m.exr", "-o", "m.part"},
      .outputs = {"m.pfm", "m.exr", "m.part"}},
@@ -56,7 +57,8 @@ static const torture_command commands[] = {
      .kept = "k.part"},
     {.name = "noise",
      .words = {"noise", "room.xml", "-i", "bdpm", "--threads=2", "--iterations=2", "-o", "n.exr"},
-     .outputs = {"n.exr"}},
+     .outputs = {"n.exr"},
+     .varies = true}, /* recommended numbers */
     RENDER("vcm"),
     RENDER("qmcppm"),
     RENDER("light"),
@@ -70,17 +72,60 @@ static const torture_command commands[] = {
     RENDER("vavcm"),
     {.name = "render-auto", /* which method it is depends on times, and so do the bits */
      .words = {"render", "room.xml", "-i", "auto", "--threads=2", "--spp=2", "--quiet", "-o", "o.exr"},
-     .outputs = {"o.exr"}},
+     .outputs = {"o.exr"},
+     .varies = true},
     {.name = "rays", /* likewise */
      .words = {"render", "room.xml", "-i", "bdpm", "--threads=2", "--spp=48", "--quiet", "--rays=auto",
                "--checkpoint=q.part", "--resume", "--checkpoint-every=0.000001", "-o", "q.exr"},
      .outputs = {"q.exr", "q.part"},
-     .kept = "q.part"},
+     .kept = "q.part",
+     .varies = true},
     {.name = "repeat",
      .words = {"render", "room.xml", "-i", "bdpm", "--threads=2", "--quiet", "--rays=r.part", "-o", "s.pfm"},
      .outputs = {"s.pfm"}},
+    {.name = "compare-maps",
+     .words = {"compare", "b.exr", "--reference", "a.exr", "--flip=both", "--maps", "maps.exr"},
+     .outputs = {"maps.exr"}},
+    {.name = "converge",
+     .words = {"converge", "room.xml", "-ipath", "-ilight", "--spp=1,2", "--reference", "a.exr", "-o", "curves"},
+     .outputs = {"curves/converge.json", "curves/index.html", "curves/images.html", "curves/renders/path-2spp-1.exr",
+                 "curves/pictures/light.png"},
+     .folder = "curves"},
+    {.name = "study",
+     .words = {"study", "study.json", "-o", "seen"},
+     .outputs = {"seen/index.html", "seen/images/ball-image.exr", "seen/images/ball-reference.exr"},
+     .folder = "seen"},
+    {.name = "study-answers",
+     .words = {"study", "--analyse", "answers.json", "--stats", "a.json"},
+     .outputs = {"a.json"},
+     .is_exact = true},
+    {.name = "merge-blocks",
+     .words = {"merge", "b0.part", "b1.part", "-o", "u.pfm", "-o", "u.part", "--stats=u.json"},
+     .outputs = {"u.pfm", "u.part", "u.json"}},
+    {.name = "merge-gaps",
+     .words = {"merge", "p0.part", "p3.part", "-o", "g.part", "--stats=g.json"},
+     .outputs = {"g.part", "g.json"}},
+    {.name = "noise-page",
+     .words = {"noise", "room.xml", "-i", "bdpm", "--threads=2", "--iterations=4", "--predict", "50,2", "-o", "v.exr",
+               "--stats=v.json"},
+     .outputs = {"v.exr", "v.json"},
+     .varies = true}, /* recommended numbers */
 };
 enum { COMMANDS = sizeof commands / sizeof commands[0], JOBS = COMMANDS * TORTURE_KINDS };
+
+static const char study[] =
+    "{ \"title\": \"balls\", \"question\": \"Was there a difference?\", \"image\": { \"spp\": 1 },\n"
+    "  \"reference\": { \"integrator\": \"path:max_depth=3\", \"spp\": 2, \"seed\": 3 },\n"
+    "  \"scenarios\": [{ \"name\": \"ball\", \"scene\": \"room.xml\" }] }\n";
+
+static const char answers[] =
+    "{ \"format\": \"caustica study answers\", \"version\": 1,\n"
+    "  \"study\": { \"id\": \"s\", \"title\": \"T\", \"question\": \"Q?\", \"seconds\": 5, \"scenarios\": [\n"
+    "    { \"name\": \"a\", \"light\": \"visible\", \"pair\": \"p\", \"flip\": 0.1 },\n"
+    "    { \"name\": \"b\", \"light\": \"occluded\", \"pair\": \"p\", \"flip\": 0.2 }] },\n"
+    "  \"sessions\": [{ \"subject\": \"one\", \"session\": \"of one\", \"finished\": true, \"trials\": [\n"
+    "    { \"scenario\": \"a\", \"shown_ms\": 5000, \"disturbed\": \"\", \"difference\": true },\n"
+    "    { \"scenario\": \"b\", \"shown_ms\": 5000, \"disturbed\": \"\", \"difference\": false }] }] }\n";
 
 /* ---- The folder ------------------------------------------------------------------------------------------------ */
 
@@ -104,6 +149,8 @@ static void prepare(void **state)
 {
     ca_program_result result;
     write_text(folder_of(state), "room.xml", room);
+    write_text(folder_of(state), "study.json", study);
+    write_text(folder_of(state), "answers.json", answers);
     write_sample("mesh.ply", sample_ply(SAMPLE_PLY_ASCII), state);
     write_sample("colours.png", sample_png(8, 3, false), state);
     write_sample("sky.exr", sample_exr(3, false, false), state);
@@ -114,6 +161,12 @@ static void prepare(void **state)
     RUN(&result, "render", "room.xml", "-i", "path", "--quiet", "--passes=0:2", "-o", "p0.part");
     assert_exit(&result, 0);
     RUN(&result, "render", "room.xml", "-i", "path", "--quiet", "--passes=2:4", "-o", "p1.part");
+    assert_exit(&result, 0);
+    RUN(&result, "render", "room.xml", "-i", "path", "--quiet", "--passes=6:7", "-o", "p3.part");
+    assert_exit(&result, 0);
+    RUN(&result, "render", "room.xml", "-i", "qmcppm", "--quiet", "--blocks=0:2", "-o", "b0.part");
+    assert_exit(&result, 0);
+    RUN(&result, "render", "room.xml", "-i", "qmcppm", "--quiet", "--blocks=2:3", "-o", "b1.part");
     assert_exit(&result, 0);
     RUN(&result, "render", "room.xml", "-i", "bdpt", "--quiet", "--max-depth=5", "--spp=2", "-o", "k.part.kept.part");
     assert_exit(&result, 0);
@@ -185,20 +238,42 @@ static void run_in_turns(void **state, const torture_calls jobs[JOBS], double en
     tell_what_is_left(jobs, tried);
 }
 
-/* "NAME:KIND:N:STAYS" */
+/* A few calls that lie apart. */
+static void run_some(void **state, const torture_command *command, torture_kind kinds, torture_tally *tally)
+{
+    enum { CALLS = 3 };
+    torture_keep_reference(*state, command);
+    for (int k = 0; k < (int)kinds; k++) {
+        torture_calls calls;
+        torture_calls_find(&calls, *state, command, (torture_kind)k, 0);
+        for (size_t i = 0; i < CALLS && i < calls.count; i++)
+            run_both(state, &calls, (2 * i + 1) * calls.count / (2 * CALLS) % calls.count, tally);
+        torture_calls_free(&calls);
+    }
+}
+
+/* "NAME:KIND:N:STAYS", or "NAME": a few calls of all kinds. */
 static void run_one(void **state, const char *only)
 {
+    static torture_tally tally;
     char name[64], kind[64], site[256];
     long at;
     int stays;
-    if (sscanf(only, "%63[^:]:%63[^:]:%ld:%d", name, kind, &at, &stays) != 4) fail_msg("CA_TORTURE_ONLY: %s", only);
-    for (int c = 0; c < COMMANDS; c++)
-        for (int k = 0; k < TORTURE_KINDS; k++) {
-            if (strcmp(name, commands[c].name) != 0 || strcmp(kind, torture_kind_name((torture_kind)k)) != 0)
-                continue;
+    const int words = sscanf(only, "%63[^:]:%63[^:]:%ld:%d", name, kind, &at, &stays);
+    bool found = false;
+    if (words != 1 && words != 4) fail_msg("CA_TORTURE_ONLY: %s", only);
+    for (int c = 0; c < COMMANDS; c++) {
+        if (strcmp(name, commands[c].name) != 0) continue;
+        found = true;
+        if (words == 1) run_some(state, &commands[c], TORTURE_KINDS, &tally);
+        for (int k = 0; words == 4 && k < TORTURE_KINDS; k++) {
+            if (strcmp(kind, torture_kind_name((torture_kind)k)) != 0) continue;
             torture_keep_reference(*state, &commands[c]);
             torture_run(*state, &commands[c], (torture_kind)k, at, stays, site);
         }
+    }
+    if (!found) fail_msg("CA_TORTURE_ONLY: there is no command %s", name);
+    if (words == 1) print_message("# %ld runs\n", tally.runs);
 }
 
 static void run_long(void **state, double minutes)
@@ -216,21 +291,12 @@ static void run_long(void **state, double minutes)
     for (int j = 0; j < JOBS; j++) torture_calls_free(&jobs[j]);
 }
 
-/* Of the first commands, a few calls that lie apart. */
+/* Of the first commands. */
 static void run_short(void **state)
 {
-    enum { SHORT_COMMANDS = 5, CALLS = 3 };
+    enum { SHORT_COMMANDS = 5 };
     static torture_tally tally;
-    for (int c = 0; c < SHORT_COMMANDS; c++) {
-        torture_keep_reference(*state, &commands[c]);
-        for (int k = 0; k <= TORTURE_MONITOR; k++) {
-            torture_calls calls;
-            torture_calls_find(&calls, *state, &commands[c], (torture_kind)k, 0);
-            for (size_t i = 0; i < CALLS && i < calls.count; i++)
-                run_both(state, &calls, (2 * i + 1) * calls.count / (2 * CALLS) % calls.count, &tally);
-            torture_calls_free(&calls);
-        }
-    }
+    for (int c = 0; c < SHORT_COMMANDS; c++) run_some(state, &commands[c], TORTURE_FOREIGN_MEMORY, &tally);
     print_message("# %ld runs\n", tally.runs);
 }
 

@@ -1,13 +1,14 @@
 #define _GNU_SOURCE
 #include "support/torture.h"
 
+#include "base/memory.h"
 #include "film/part_file.h"
 #include "film/part_stream.h"
 #include "film/pass_part.h"
 #include "image/layers.h"
 
-#include <dirent.h>
 #include <errno.h>
+#include <ftw.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -113,11 +114,110 @@ static bool is_complete(const char *folder, const char *name)
     return true;
 }
 
+/* ---- Equal contents -------------------------------------------------------------------------------------------- */
+
+static bool same_bytes(const char *folder, const char *a, const char *b)
+{
+    ca_bytes x = read_all(folder, a), y = read_all(folder, b);
+    const bool same = y.data && equal(&x, y.data, y.size);
+    ca_bytes_destroy(&x);
+    ca_bytes_destroy(&y);
+    return same;
+}
+
+/* All layers, to the bit; attributes have times. */
+static bool same_layers(const char *a, const char *b)
+{
+    ca_image_layers *x = NULL, *y = NULL;
+    bool same = ca_layers_read(a, &x, NULL) == CA_OK && ca_layers_read(b, &y, NULL) == CA_OK &&
+                x->channel_count == y->channel_count && x->width == y->width && x->height == y->height;
+    for (size_t c = 0; same && c < x->channel_count; c++)
+        same = strcmp(x->channels[c].name, y->channels[c].name) == 0 &&
+               memcmp(x->channels[c].data, y->channels[c].data, (size_t)x->width * x->height * sizeof(float)) == 0;
+    ca_layers_destroy(x);
+    ca_layers_destroy(y);
+    return same;
+}
+
+/* What a part adds up to: its settings, ranges, counts and sums; not its times. */
+static bool read_sums(const char *path, ca_bytes *sums)
+{
+    ca_pass_reader reader;
+    ca_film film;
+    if (ca_pass_reader_open(&reader, path, NULL) != CA_OK) return false;
+    bool good = ca_pass_film_create(&film, &reader.film, NULL) == CA_OK &&
+                ca_pass_reader_add(&reader, &film, true, NULL) == CA_OK;
+    const size_t text = strlen(reader.part.settings), row = good ? ca_film_row_bytes(&film) : 0;
+    const size_t ranges = reader.part.range_count * sizeof *reader.part.ranges;
+    sums->size = text + ranges + row * (good ? film.height : 0);
+    sums->data = ca_alloc(sums->size, 1);
+    good = good && sums->data;
+    if (good) {
+        memcpy(sums->data, reader.part.settings, text);
+        memcpy(sums->data + text, reader.part.ranges, ranges);
+        for (uint32_t y = 0; y < film.height; y++) ca_film_write_row(&film, y, sums->data + text + ranges + y * row);
+    }
+    ca_film_destroy(&film);
+    ca_pass_reader_close(&reader);
+    return good;
+}
+
+/* Those of blocks and of joined films: it is enough that they are whole. */
+static bool same_sums(const char *a, const char *b)
+{
+    ca_bytes x = {0}, y = {0};
+    const bool is_of_passes = read_sums(b, &y), read = read_sums(a, &x);
+    const bool same = is_of_passes ? read && equal(&x, y.data, y.size) : !read;
+    ca_bytes_destroy(&x);
+    ca_bytes_destroy(&y);
+    return same;
+}
+
+/* As far as two runs have the same: times differ. */
+static bool same_content(const char *folder, const torture_command *command, const char *output, const char *other)
+{
+    char a[512], b[512];
+    const char *extension = ca_path_extension(output);
+    snprintf(a, sizeof a, "%s/%s", folder, output);
+    snprintf(b, sizeof b, "%s/%s", folder, other);
+    if (command->varies) return true;
+    if (strcmp(extension, ".exr") == 0) return same_layers(a, b);
+    if (strcmp(extension, ".part") == 0) return same_sums(a, b);
+    const bool is_picture = strcmp(extension, ".pfm") == 0 || strcmp(extension, ".png") == 0;
+    return (!is_picture && !command->is_exact) || same_bytes(folder, output, other);
+}
+
+/* Beside the outputs, of which some are in a folder that comes and goes. */
+static void reference_name(char name[256], const torture_command *command, const char *output)
+{
+    snprintf(name, 256, "%s.%s.reference%s", output, command->name, ca_path_extension(output));
+    for (char *slash = name; (slash = strchr(slash, '/')) != NULL;) *slash = '-';
+}
+
+/* ---- Before and after a run ------------------------------------------------------------------------------------ */
+
+static int remove_one(const char *path, const struct stat *info, int kind, struct FTW *place)
+{
+    (void)info, (void)kind, (void)place;
+    return remove(path);
+}
+
+static void remove_folder(const char *folder, const torture_command *command)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s", folder, command->folder);
+    nftw(path, remove_one, 16, FTW_DEPTH | FTW_PHYS);
+}
+
 static void kept_name(char name[128], const char *output) { snprintf(name, 128, "%s.kept", output); }
 
 static void reset_outputs(const char *folder, const torture_command *command)
 {
     char kept[128];
+    if (command->folder) {
+        remove_folder(folder, command);
+        return;
+    }
     for (int i = 0; i < TORTURE_OUTPUTS && command->outputs[i]; i++) {
         const char *output = command->outputs[i];
         kept_name(kept, output);
@@ -133,7 +233,7 @@ static bool is_as_before(const char *folder, const torture_command *command, con
 {
     char kept[128];
     ca_bytes now = read_all(folder, output), before = {0};
-    bool same = equal(&now, old_content, sizeof old_content - 1);
+    bool same = command->folder ? !now.data : equal(&now, old_content, sizeof old_content - 1);
     kept_name(kept, output);
     if (command->kept && strcmp(command->kept, output) == 0) {
         before = read_all(folder, kept);
@@ -180,7 +280,7 @@ void torture_keep_reference(const ca_program *program, const torture_command *co
     if (result.exit_status != 0) fail_msg("%s fails without a fault:\n%s", command->name, result.errors);
     for (int i = 0; i < TORTURE_OUTPUTS && command->outputs[i]; i++) {
         if (!is_complete(program->folder, command->outputs[i])) fail_msg("%s is not written", command->outputs[i]);
-        snprintf(name, sizeof name, "%s.%s.reference", command->outputs[i], command->name);
+        reference_name(name, command, command->outputs[i]);
         copy(program->folder, command->outputs[i], name);
     }
 }
@@ -335,35 +435,30 @@ static void check_output(const faulty_run *f, const char *output, bool ended)
     }
     if (!is_complete(folder, output))
         fail_run(f, "%s is %s", output, ended ? "half written" : "lost or half written");
-    if (f->result.exit_status != 0 || strcmp(ca_path_extension(output), ".pfm") != 0) return;
-    snprintf(name, sizeof name, "%s.%s.reference", output, f->command->name);
-    ca_bytes now = read_all(folder, output), reference = read_all(folder, name);
-    if (!equal(&now, reference.data, reference.size)) fail_run(f, "%s is another image", output);
-    ca_bytes_destroy(&now);
-    ca_bytes_destroy(&reference);
+    if (f->result.exit_status != 0) return;
+    reference_name(name, f->command, output);
+    if (!same_content(folder, f->command, output, name)) fail_run(f, "%s has another content", output);
 }
+
+static const char *left; /* set by note_left: nftw has no pointer for its caller */
 
 /* Temporaries and locks. */
-static void check_nothing_left(const faulty_run *f)
+static int note_left(const char *path, const struct stat *info, int kind, struct FTW *place)
 {
-    DIR *folder = opendir(f->program->folder);
-    if (!folder) fail_msg("no folder");
-    for (const struct dirent *entry; (entry = readdir(folder)) != NULL;)
-        if (strstr(entry->d_name, CA_FILE_TEMPORARY_MARK) || strstr(entry->d_name, ".lock"))
-            fail_run(f, "%s is left", entry->d_name);
-    closedir(folder);
+    static char name[512];
+    (void)info, (void)kind;
+    if (!strstr(path + place->base, CA_FILE_TEMPORARY_MARK) && !strstr(path + place->base, ".lock")) return 0;
+    snprintf(name, sizeof name, "%s", path);
+    left = name;
+    return unlink(path);
 }
 
-static void remove_left(const char *path)
+/* What is left is removed, for the next run. */
+static void check_nothing_left(const faulty_run *f, bool ended)
 {
-    DIR *folder = opendir(path);
-    char name[512];
-    for (const struct dirent *entry; folder && (entry = readdir(folder)) != NULL;) {
-        if (!strstr(entry->d_name, CA_FILE_TEMPORARY_MARK) && !strstr(entry->d_name, ".lock")) continue;
-        snprintf(name, sizeof name, "%s/%s", path, entry->d_name);
-        unlink(name);
-    }
-    if (folder) closedir(folder);
+    left = NULL;
+    if (nftw(f->program->folder, note_left, 16, FTW_PHYS) != 0) fail_msg("the folder cannot be read");
+    if (left && !ended) fail_run(f, "%s is left", left);
 }
 
 bool torture_run(const ca_program *program, const torture_command *command, torture_kind kind, long at, bool stays,
@@ -376,7 +471,6 @@ bool torture_run(const ca_program *program, const torture_command *command, tort
     if (!ended && f.result.exit_status != 0 && f.result.exit_status != 1) fail_run(&f, "it ends otherwise");
     if (f.result.exit_status == 1 && !names_cause(&f)) fail_run(&f, "the cause is not named");
     for (int i = 0; i < TORTURE_OUTPUTS && command->outputs[i]; i++) check_output(&f, command->outputs[i], ended);
-    if (!ended) check_nothing_left(&f);
-    remove_left(program->folder);
+    check_nothing_left(&f, ended);
     return ended;
 }

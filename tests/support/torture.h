@@ -1,6 +1,7 @@
 /* Runs of the program in which one call fails, or all from one on (torture/faults.c), and what must hold after each:
- * it ends by itself with exit status 0 or 1; with 0 every output is there, and a .pfm has the bits of a run without
- * faults; with 1 a message names the cause; each output is complete or what it was before; no temporary file is left.
+ * it ends by itself with exit status 0 or 1; with 0 every output is there, and pictures and parts have the values of
+ * a run without faults; with 1 a message names the cause; each output is complete or what it was before; no temporary
+ * file is left.
  * Where a library that cannot go on without memory ends the process, outputs are likewise complete or as they
  * were. */
 #ifndef CA_TEST_TORTURE_H
@@ -16,6 +17,9 @@ typedef struct torture_command {
     const char *outputs[TORTURE_OUTPUTS]; /* files in the program's folder, up to NULL */
     const char *kept;                     /* NULL, or an output that is an input, too: made again before each run
                                              from the file of this name with ".kept" behind */
+    const char *folder; /* NULL, or what the outputs are in: not there before a run */
+    bool varies;        /* pictures depend on times */
+    bool is_exact;      /* pages and statistics do not: they are compared, too */
 } torture_command;
 
 typedef enum torture_kind {
