@@ -64,7 +64,7 @@ check "what the program cannot do fails, with its words" fails_with_the_program
 # Each picture of the page is made, and each that is made stands there.
 methods() {
     scripts/method-pictures.sh "$build" --quick "$folder/methods" 2>/dev/null || return 1
-    diff <(ls "$folder/methods") <(grep -o 'pictures/methods/[a-z]*.png' docs/which-method.md | sed 's/.*\///' | sort) &&
-        diff <(ls "$folder/methods") <(ls docs/pictures/methods)
+    shown() { grep -o 'pictures/methods/[a-z]*.png' docs/which-method.md | sed 's/.*\///' | sort; }
+    diff <(ls "$folder/methods") <(shown) && diff <(ls "$folder/methods") <(ls docs/pictures/methods)
 }
 check "pictures of which method, when" methods
