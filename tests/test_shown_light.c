@@ -131,6 +131,16 @@ static void test_closed_form(void **state)
     }
 }
 
+/* All light that a part of the film gets lies beyond it, within the filter's reach. */
+static void test_beyond_the_part(void **state)
+{
+    (void)state;
+    const uint32_t crop[4] = {30, 34, 33, 40};
+    ca_scene *scene = scene_of(FROM_ABOVE("gaussian"), FLOOR("<bsdf type='diffuse'/>"), "", 0.5);
+    check(scene, crop);
+    ca_scene_release(scene);
+}
+
 static void test_in_a_mirror(void **state)
 {
     (void)state;
@@ -229,7 +239,8 @@ static void test_methods(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_form), cmocka_unit_test(test_in_a_mirror), cmocka_unit_test(test_floor),
+        cmocka_unit_test(test_closed_form), cmocka_unit_test(test_beyond_the_part),
+        cmocka_unit_test(test_in_a_mirror), cmocka_unit_test(test_floor),
         cmocka_unit_test(test_few_paths),   cmocka_unit_test(test_methods),
     };
     return cmocka_run_group_tests_name("lights as they are seen", tests, NULL, NULL);
