@@ -23,6 +23,7 @@
 #include "cli/converge_plan.c"
 #include "cli/converge_runs.c"
 #include "cli/layer_choice.c"
+#include "cli/look_ahead.c"
 #include "cli/options.c"
 #include "cli/outputs.c"
 #include "cli/places.c"
