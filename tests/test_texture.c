@@ -282,7 +282,7 @@ static void checkerboard_alternates(void **state)
 
 static ca_texture attribute_texture(const char *name)
 {
-    return (ca_texture){.kind = CA_TEXTURE_MESH_ATTRIBUTE, .as.mesh_attribute = {name}};
+    return (ca_texture){.kind = CA_TEXTURE_MESH_ATTRIBUTE, .as.mesh_attribute = {.name = name}};
 }
 
 /* The child's value times the factor, at coordinates that the scale may move; its slope is that of its values. */
