@@ -42,12 +42,10 @@ static ca_scene *scene_of(const char *sensor, const char *floor, const char *tur
 
 static const char turned[] = "<rotate y='1' angle='180'/>";
 
-static ca_render_plan plan_of(const ca_scene *scene, const ca_render_settings *settings)
+static void make_plan(ca_render_plan *plan, const ca_scene *scene, const ca_render_settings *settings)
 {
-    ca_render_plan plan;
     ca_error error;
-    if (ca_render_plan_make(&plan, scene, settings, &error) != CA_OK) fail_msg("%s", error.message);
-    return plan;
+    if (ca_render_plan_make(plan, scene, settings, &error) != CA_OK) fail_msg("%s", error.message);
 }
 
 /* The part of the filter around `center` that lies in [low, high]. */
@@ -105,7 +103,8 @@ static void check(const ca_scene *scene, const uint32_t *crop)
     ca_render_settings_init(&settings);
     for (int i = 0; i < 4 && crop; i++) settings.crop[i] = crop[i];
     settings.has_crop = crop != NULL;
-    const ca_render_plan plan = plan_of(scene, &settings);
+    ca_render_plan plan;
+    make_plan(&plan, scene, &settings);
     ca_shown_light shown;
     ca_error error;
     if (ca_shown_light_find(&shown, &plan, 1e6, &error) != CA_OK) fail_msg("%s", error.message);
@@ -156,7 +155,8 @@ static void test_floor(void **state)
     ca_render_settings settings;
     ca_render_settings_init(&settings);
     ca_scene *scene = scene_of(FROM_ABOVE("box"), FLOOR("<bsdf type='diffuse'/>"), turned, 2.0);
-    const ca_render_plan plan = plan_of(scene, &settings);
+    ca_render_plan plan;
+    make_plan(&plan, scene, &settings);
     ca_shown_light shown;
     assert_int_equal(ca_shown_light_find(&shown, &plan, 1e5, NULL), CA_OK);
     assert_int_equal(shown.count, 0);
@@ -172,7 +172,8 @@ static void test_few_paths(void **state)
     ca_render_settings settings;
     ca_render_settings_init(&settings);
     ca_scene *scene = scene_of(FROM_ABOVE("box"), FLOOR("<bsdf type='diffuse'/>"), "", 0.5);
-    const ca_render_plan plan = plan_of(scene, &settings);
+    ca_render_plan plan;
+    make_plan(&plan, scene, &settings);
     ca_shown_light shown;
     assert_int_equal(ca_shown_light_find(&shown, &plan, 4.0 * SIDE * SIDE / 2.0, NULL), CA_OK);
     assert_true(shown.looked_at > 0.0 && shown.looked_at <= 4.0 * 32 * 32);
@@ -224,11 +225,12 @@ static void test_methods(void **state)
         settings.integrator = methods[i];
         const bool merges = i >= 3;
         if (merges) settings.radius = 0.05;
-        ca_render_plan plan = plan_of(mirror, &settings);
+        ca_render_plan plan;
         double light, shown;
+        make_plan(&plan, mirror, &settings);
         trace(&plan, &light, &shown);
         assert_true(light > 30.0 * RADIANCE && fabs(shown / light - 1.0) < 1e-6);
-        plan = plan_of(lit, &settings);
+        make_plan(&plan, lit, &settings);
         trace(&plan, &light, &shown);
         assert_true(light > 0.0 && shown == 0.0);
     }

@@ -103,7 +103,7 @@ static void add_point(shown_run *r, square s, const shown_point *point)
     const double light = (double)point->luminance;
     for (uint32_t y = y0; y < y1; y++) {
         const double down = fabs((double)ca_filter_eval(filter, point->y - ((float)y + 0.5f)));
-        shown_sums *row = &r->sums[(y - s.y0) * SIDE];
+        shown_sums *row = &r->sums[(size_t)(y - s.y0) * SIDE];
         for (uint32_t x = x0; x < x1; x++) {
             const double density = down * fabs((double)across[x - x0]);
             row[x - s.x0].weight += density;
@@ -118,7 +118,7 @@ static ca_status keep_pixels(const shown_run *r, square s, ca_error *error)
     ca_shown_light *shown = r->shown;
     for (uint32_t y = s.y0; y < s.y1; y++)
         for (uint32_t x = s.x0; x < s.x1; x++) {
-            const shown_sums *sums = &r->sums[(y - s.y0) * SIDE + (x - s.x0)];
+            const shown_sums *sums = &r->sums[(size_t)(y - s.y0) * SIDE + (x - s.x0)];
             if (!(sums->square > 0.0)) continue;
             ca_shown_pixel *pixels = ca_array_grow(shown->pixels, &shown->capacity, shown->count + 1, sizeof *pixels);
             if (!pixels) return ca_fail_memory(error, "the pilot of visible lights");
