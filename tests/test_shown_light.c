@@ -223,6 +223,7 @@ static void test_methods(void **state)
         ca_render_settings settings;
         ca_render_settings_init(&settings);
         settings.integrator = methods[i];
+        settings.threads = 1;
         const bool merges = i >= 3;
         if (merges) settings.radius = 0.05;
         ca_render_plan plan;
