@@ -110,20 +110,6 @@ static void film_and_lens(void **state)
 
 /* ---- Pictures -------------------------------------------------------------------------------------------------- */
 
-static ca_image_layers *render_text(const char *text, const char *name)
-{
-    char path[128];
-    ca_scene *scene;
-    ca_error error;
-    snprintf(path, sizeof path, "%s/%s", import_folder(), name);
-    const ca_scene_source source = {.text = text, .size = strlen(text), .path = path};
-    if (ca_scene_parse(&source, &scene, &error) != CA_OK) fail_msg("%s", error.message);
-    const ca_render_settings settings = {.threads = 1};
-    ca_image_layers *image = render_scene(scene, &settings);
-    ca_scene_release(scene);
-    return image;
-}
-
 #define MATTE "<bsdf type='twosided'><bsdf type='diffuse'><rgb name='reflectance' value='.5'/></bsdf></bsdf>"
 
 /* Our sensor and lights, these times a factor. */
@@ -147,24 +133,7 @@ static ca_image_layers *render_twin(const ca_realistic *r, double factor, const 
         MATTE "</shape></scene>",
         1e-3 * (ca_lens_length(&r->lens) + r->film_distance), r->film_distance, rfilter, .5 * factor, .6 * factor,
         .7 * factor, 4.0 * factor, 2.0 * factor, factor);
-    return render_text(xml, "twin.xml");
-}
-
-/* The largest difference of a pixel, over the mean. */
-static double difference(const ca_image_layers *a, const ca_image_layers *b)
-{
-    static const char *const channels[] = {"R", "G", "B"};
-    enum { PIXELS = 24 * 16 };
-    double largest = 0.0, sum = 0.0;
-    for (int c = 0; c < 3; c++) {
-        const float *x = ca_image_channel(a, channels[c]), *y = ca_image_channel(b, channels[c]);
-        for (size_t i = 0; i < PIXELS; i++) {
-            largest = fmax(largest, fabs((double)x[i] - (double)y[i]));
-            sum += (double)y[i];
-        }
-    }
-    assert_true(sum > 0.0);
-    return largest / (sum / (3.0 * PIXELS));
+    return import_render_text(xml, "twin.xml");
 }
 
 /* The exit pupil's solid angle from the film's middle: all rays up to the steepest one that gets through the stop,
@@ -197,10 +166,10 @@ static void twins(void **state)
         ca_scene_desc desc = import(cases[i].text);
         const ca_realistic *r = &desc.camera.camera.as.realistic;
         assert_int_equal(notes(&desc, "simpleweighting"), cases[i].factor == 0.0);
-        ca_image_layers *a = render_text(cases[i].text, "test.pbrt");
+        ca_image_layers *a = import_render_text(cases[i].text, "test.pbrt");
         const double factor = cases[i].factor == 0.0 ? 1.0 : cases[i].factor * solid_angle(r);
         ca_image_layers *b = render_twin(r, factor, cases[i].rfilter);
-        const double apart = difference(a, b);
+        const double apart = picture_difference(a, b);
         if (!(apart <= cases[i].tolerance)) fail_msg("case %zu: pixels differ by %g", i, apart);
         ca_image_release(a);
         ca_image_release(b);

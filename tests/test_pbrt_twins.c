@@ -728,48 +728,14 @@ static void write_files(void)
 
 /* ---- Comparison ------------------------------------------------------------------------------------------------ */
 
-static ca_image_layers *render_text(const char *text, const char *name)
-{
-    char path[128];
-    ca_scene *scene;
-    ca_error error;
-    snprintf(path, sizeof path, "%s/%s", import_folder(), name);
-    const ca_scene_source source = {.text = text, .size = strlen(text), .path = path};
-    if (ca_scene_parse(&source, &scene, &error) != CA_OK) fail_msg("%s", error.message);
-    const ca_render_settings settings = {.threads = 1};
-    ca_image_layers *image = render_scene(scene, &settings);
-    ca_scene_release(scene);
-    return image;
-}
-
-/* The largest difference of a pixel, over the mean. */
-static double difference(const ca_image_layers *a, const ca_image_layers *b)
-{
-    static const char *const channels[] = {"R", "G", "B"};
-    uint32_t width, height, other_width, other_height;
-    double largest = 0.0, sum = 0.0;
-    ca_image_size(a, &width, &height);
-    ca_image_size(b, &other_width, &other_height);
-    assert_int_equal(width, other_width);
-    assert_int_equal(height, other_height);
-    for (int c = 0; c < 3; c++) {
-        const float *x = ca_image_channel(a, channels[c]), *y = ca_image_channel(b, channels[c]);
-        for (size_t i = 0; i < (size_t)width * height; i++) {
-            largest = fmax(largest, fabs((double)x[i] - (double)y[i]));
-            sum += (double)y[i];
-        }
-    }
-    return largest / (sum / (3.0 * width * height));
-}
-
 static void compare(const twin *twins, size_t count)
 {
     write_files();
     for (size_t i = 0; i < count; i++) {
         char xml[8192];
         snprintf(xml, sizeof xml, "<scene version='3.0.0'>%s</scene>", twins[i].xml);
-        ca_image_layers *a = render_text(twins[i].pbrt, "twin.pbrt"), *b = render_text(xml, "twin.xml");
-        const double apart = difference(a, b);
+        ca_image_layers *a = import_render_text(twins[i].pbrt, "twin.pbrt"), *b = import_render_text(xml, "twin.xml");
+        const double apart = picture_difference(a, b);
         if (!(apart <= twins[i].tolerance)) fail_msg("%s: pixels differ by %g", twins[i].name, apart);
         ca_image_release(a);
         ca_image_release(b);

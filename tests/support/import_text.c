@@ -1,5 +1,6 @@
 #define _POSIX_C_SOURCE 200809L
 #include "support/import_text.h"
+#include "support/scene_text.h"
 
 #include <dirent.h>
 #include <stdio.h>
@@ -91,4 +92,18 @@ void import_expect_error(const char *text, const char *expected)
     }
     assert_string_equal(error.message, full);
     assert_int_equal(desc.shapes.count, 0);
+}
+
+ca_image_layers *import_render_text(const char *text, const char *name)
+{
+    char path[128];
+    ca_scene *scene;
+    ca_error error;
+    snprintf(path, sizeof path, "%s/%s", import_folder(), name);
+    const ca_scene_source source = {.text = text, .size = strlen(text), .path = path};
+    if (ca_scene_parse(&source, &scene, &error) != CA_OK) fail_msg("%s", error.message);
+    const ca_render_settings settings = {.threads = 1};
+    ca_image_layers *image = render_scene(scene, &settings);
+    ca_scene_release(scene);
+    return image;
 }

@@ -27,6 +27,9 @@ void import_write_picture(void);
 
 /* The scene is called <folder>/test.xml. Fails the test with the message where it does not import. */
 void import_text(ca_scene_desc *desc, const char *text, const ca_define *defines, size_t define_count);
+/* Renders a scene that is called <folder>/`name`, with the settings of its own and one thread. Fails the test on
+ * error. */
+struct ca_image_layers *import_render_text(const char *text, const char *name);
 /* Fails the test unless the import fails with exactly "<folder>/test.xml:" before `expected`. */
 void import_expect_error(const char *text, const char *expected);
 

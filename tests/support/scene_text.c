@@ -128,3 +128,23 @@ long render_without_memory(const ca_scene *scene, const ca_render_settings *sett
     }
     return count;
 }
+
+double picture_difference(const ca_image_layers *a, const ca_image_layers *b)
+{
+    static const char *const channels[] = {"R", "G", "B"};
+    uint32_t width, height, other_width, other_height;
+    double largest = 0.0, sum = 0.0;
+    ca_image_size(a, &width, &height);
+    ca_image_size(b, &other_width, &other_height);
+    assert_int_equal(width, other_width);
+    assert_int_equal(height, other_height);
+    for (int c = 0; c < 3; c++) {
+        const float *x = ca_image_channel(a, channels[c]), *y = ca_image_channel(b, channels[c]);
+        for (size_t i = 0; i < (size_t)width * height; i++) {
+            largest = fmax(largest, fabs((double)x[i] - (double)y[i]));
+            sum += (double)y[i];
+        }
+    }
+    assert_true(sum > 0.0);
+    return largest / (sum / (3.0 * width * height));
+}

@@ -21,6 +21,9 @@ long render_without_memory(const ca_scene *scene, const ca_render_settings *sett
 /* Mean over pixels and the standard error of that mean, of one channel, from Variance.* and Samples.Y. */
 void channel_mean(const ca_image_layers *image, const char *channel, double *mean, double *standard_error);
 
+/* The largest difference of R, G or B between pictures of one size, over the mean of `b`, which is not black. */
+double picture_difference(const ca_image_layers *a, const ca_image_layers *b);
+
 /* A hash of all channels of an image, for bit-for-bit comparison. */
 uint64_t image_hash(const ca_image_layers *image);
 /* Of the image that render_scene makes. */
