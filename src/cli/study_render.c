@@ -1,10 +1,10 @@
 #define _POSIX_C_SOURCE 200809L
-#include "cli/look_ahead.h"
 #include "cli/study_render.h"
 
 #include "base/hash.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "cli/look_ahead.h"
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/say.h"
@@ -91,7 +91,7 @@ static ca_status render_scene(const ca_study_work *work, const ca_scene *scene, 
     settings.progress = ca_progress_report;
     settings.progress_user = &line;
     settings.stop = ca_signals_stop();
-    ca_status status = ca_look_ahead(scene, &settings, name, NULL, error);
+    ca_status status = ca_look_ahead(scene, &settings, name, &settings.radius, error);
     if (status == CA_OK) status = ca_render(scene, &settings, image, statistics, error);
     ca_progress_clear(&line);
     return status;

@@ -40,15 +40,10 @@ static ca_texture_id thrown_texture(ca_props *props, const char *name)
 {
     const ca_texture_id id = ca_props_texture(props, name, 1.0f, CA_COLOR_EMISSION);
     if (id == CA_NONE) return CA_NONE;
-    ca_scene_desc *desc = props->importer->desc;
+    const ca_scene_desc *desc = props->importer->desc;
     if (desc->textures.items[id].kind == CA_TEXTURE_CONSTANT) return id;
     const ca_texture turned = upside_down(desc, id);
-    if (!CA_TABLE_ADD(&desc->textures)) {
-        ca_import_fail_memory(props->importer, "textures");
-        return CA_NONE;
-    }
-    desc->textures.items[desc->textures.count - 1] = turned;
-    return (ca_texture_id)(desc->textures.count - 1);
+    return ca_import_add_texture(props->importer, &turned);
 }
 
 static void import_area(ca_props *props, void *result)

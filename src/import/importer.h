@@ -154,6 +154,8 @@ ca_status ca_import_made_mesh(ca_import_mesh *made, ca_mesh *mesh, ca_error *err
 
 /* One object of each kind from its element; objects that can be referenced are made once. CA_NONE after failing. */
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node);
+/* A copy of it in the description; CA_NONE after failing. */
+ca_texture_id ca_import_add_texture(ca_importer *importer, const ca_texture *texture);
 /* Once all meshes are there: notes where a texture is of an attribute that none of them has. */
 void ca_import_note_missing_attributes(ca_importer *importer);
 /* A texture that keeps this colour within its range, `share`: of reflectances; CA_NONE: no part of it is an

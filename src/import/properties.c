@@ -245,17 +245,6 @@ static double largest_number(const ca_scene_desc *desc, ca_texture_id id)
     }
 }
 
-static ca_texture_id add_texture(ca_importer *importer, const ca_texture *texture)
-{
-    if (!CA_TABLE_ADD(&importer->desc->textures)) {
-        ca_import_fail_memory(importer, "textures");
-        return CA_NONE;
-    }
-    const ca_texture_id id = (ca_texture_id)(importer->desc->textures.count - 1);
-    importer->desc->textures.items[id] = *texture;
-    return id;
-}
-
 /* The texture with a picture that has no negative numbers, itself if it has none. Else another one: it may also be
  * referred to where they mean something. */
 static ca_texture_id without_negative(ca_importer *importer, ca_texture_id id, bool alone, const ca_location *where)
@@ -269,7 +258,7 @@ static ca_texture_id without_negative(ca_importer *importer, ca_texture_id id, b
     const uint32_t before = *part;
     *part = t.kind == CA_TEXTURE_BITMAP ? ca_import_without_negative(importer, before, alone, where)
                                         : without_negative(importer, before, false, where);
-    return *part == before || !ca_import_good(importer) ? id : add_texture(importer, &t);
+    return *part == before || !ca_import_good(importer) ? id : ca_import_add_texture(importer, &t);
 }
 
 /* Numbers of pictures, and what is made of them, may lie above 1 where a share of light is asked for: they count

@@ -260,16 +260,21 @@ static ca_texture import_any(ca_importer *importer, ca_xml_node *node)
     return texture;
 }
 
-static ca_texture_id build(ca_importer *importer, ca_xml_node *node)
+ca_texture_id ca_import_add_texture(ca_importer *importer, const ca_texture *texture)
 {
-    const ca_texture texture = import_any(importer, node);
-    if (!ca_import_good(importer)) return CA_NONE;
     if (!CA_TABLE_ADD(&importer->desc->textures)) {
         ca_import_fail_memory(importer, "textures");
         return CA_NONE;
     }
-    importer->desc->textures.items[importer->desc->textures.count - 1] = texture;
-    return (ca_texture_id)(importer->desc->textures.count - 1);
+    const ca_texture_id id = (ca_texture_id)(importer->desc->textures.count - 1);
+    importer->desc->textures.items[id] = *texture;
+    return id;
+}
+
+static ca_texture_id build(ca_importer *importer, ca_xml_node *node)
+{
+    const ca_texture texture = import_any(importer, node);
+    return ca_import_good(importer) ? ca_import_add_texture(importer, &texture) : CA_NONE;
 }
 
 ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node)

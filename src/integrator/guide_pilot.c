@@ -28,8 +28,6 @@ enum {
     SMALLER = 4,
     RADII_OF_SIDE = 32, /* the first one, of the picture's side */
     PARTS = 8,          /* of the picture, across and down */
-    MAX_DEPTH = 64,
-    LATEST_ROULETTE = 16,
 };
 #define RADIUS_PIXELS 2.0f
 
@@ -172,12 +170,8 @@ static ca_status configure(const ca_integrator_type *type, const ca_integrator_i
                            ca_integrator_input *input, ca_error *error)
 {
     const ca_integrator_type *pilot = &ca_integrator_pilot;
-    const double max_depth = ca_integrator_value(type, from, "max_depth", -1.0);
-    const double depth = max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH);
-    const double roulette = ca_integrator_value(type, from, "rr_depth", CA_ROULETTE_DEPTH);
     for (int i = 0; pilot->parameters[i].name; i++) input->values[i] = pilot->parameters[i].number;
-    CA_TRY(ca_integrator_set_number(pilot, "max_depth", depth, input, error));
-    CA_TRY(ca_integrator_set_number(pilot, "rr_depth", fmin(roulette, LATEST_ROULETTE), input, error));
+    CA_TRY(ca_integrator_limit_pilot(pilot, type, from, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "alpha", 0.0, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "light_paths", LIGHT_PATHS, input, error));
     return ca_integrator_set_number(pilot, "radius", radius, input, error);

@@ -1,6 +1,7 @@
 #include "integrator/integrator.h"
 
 #include "base/text.h"
+#include "integrator/walk.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -156,6 +157,17 @@ ca_status ca_integrator_set_number(const ca_integrator_type *type, const char *n
 {
     const ca_parameter parameter = {.name = name, .kind = CA_PARAMETER_NUMBER, .number = value};
     return ca_integrator_set(type, &parameter, input, error);
+}
+
+ca_status ca_integrator_limit_pilot(const ca_integrator_type *pilot, const ca_integrator_type *type,
+                                    const ca_integrator_input *from, ca_integrator_input *input, ca_error *error)
+{
+    enum { MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
+    const double max_depth = ca_integrator_value(type, from, "max_depth", -1.0);
+    const double depth = max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH);
+    const double roulette = ca_integrator_value(type, from, "rr_depth", CA_ROULETTE_DEPTH);
+    CA_TRY(ca_integrator_set_number(pilot, "max_depth", depth, input, error));
+    return ca_integrator_set_number(pilot, "rr_depth", fmin(roulette, LATEST_ROULETTE), input, error);
 }
 
 /* "name=value" from the command line, as a number, a boolean or text. */

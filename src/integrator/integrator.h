@@ -237,6 +237,11 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
 ca_status ca_integrator_set_number(const ca_integrator_type *type, const char *name, double value,
                                    ca_integrator_input *input, ca_error *error);
 
+/* Gives a pilot the limits of the paths of `type`, as far as they are worth its time: at most 64 segments, and the
+ * roulette from 16 on, at the latest. */
+ca_status ca_integrator_limit_pilot(const ca_integrator_type *pilot, const ca_integrator_type *type,
+                                    const ca_integrator_input *from, ca_integrator_input *input, ca_error *error);
+
 /* Writes "name:parameter=value,..." with all values, as recorded in images. */
 void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text,
                             size_t size);

@@ -14,8 +14,6 @@ enum {
     LIGHTING = 8 * SIDE * SIDE, /* likewise, that tell the light of pixels */
     FEW_LIGHT_PATHS = 1024,     /* tell how many make so many photons as are wanted */
     MOST_LIGHT_PATHS = 1 << 20,
-    MAX_DEPTH = 64,
-    LATEST_ROULETTE = 16,
     NEAREST = 12, /* photons within the middle level's radius */
     FULL = 5,     /* levels up to this one have all photons */
 };
@@ -252,12 +250,8 @@ static ca_status configure(const ca_integrator_type *pilot, const ca_integrator_
         const ca_parameter_spec *spec = &pilot->parameters[i];
         input->values[i] = ca_integrator_value(type, from, spec->name, spec->number);
     }
-    const double max_depth = ca_integrator_value(type, from, "max_depth", -1.0);
-    const double depth = max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH);
     const double diffuse_depth = ca_integrator_value(type, from, "camera_diffuse_depth", 0.0);
-    const double roulette = ca_integrator_value(type, from, "rr_depth", CA_ROULETTE_DEPTH);
-    CA_TRY(ca_integrator_set_number(pilot, "max_depth", depth, input, error));
-    CA_TRY(ca_integrator_set_number(pilot, "rr_depth", fmin(roulette, LATEST_ROULETTE), input, error));
+    CA_TRY(ca_integrator_limit_pilot(pilot, type, from, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "light_paths", MOST_LIGHT_PATHS, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "camera_paths", 1.0, input, error));
     if (pilot == &ca_integrator_bdpm)

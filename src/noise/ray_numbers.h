@@ -65,9 +65,9 @@ typedef struct ca_ray_image {
 
 typedef enum ca_ray_objective { CA_RAYS_MEAN, CA_RAYS_RELATIVE, CA_RAYS_WORST_DECILE } ca_ray_objective;
 
-/* "mean" (or NULL), "relative", "worst-decile"; else CA_ERROR_ARGUMENT. */
 /* Their names; NULL behind the last one. */
 const char *ca_ray_objective_name(size_t i);
+/* "mean" (or NULL), "relative", "worst-decile"; else CA_ERROR_ARGUMENT. */
 ca_status ca_ray_objective_find(const char *name, ca_ray_objective *objective, ca_error *error);
 
 typedef struct ca_ray_settings {

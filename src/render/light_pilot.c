@@ -7,9 +7,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* A batch's camera paths are traced in groups, the first ones small: they tell early of too many merges. Longer paths
- * and a later roulette are not worth their time. No render numbers its paths from here. */
-enum { GROUP = 256, FIRST_GROUP = 4, MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
+/* A batch's camera paths are traced in groups, the first ones small: they tell early of too many merges. No render
+ * numbers its paths from here. */
+enum { GROUP = 256, FIRST_GROUP = 4 };
 #define CAMERA_INDEX UINT32_C(0xf0000000)
 #define LIGHT_NUMBER (UINT64_C(1) << 61)
 
@@ -196,10 +196,7 @@ static ca_status configure(ca_integrator_input *input, const ca_render_plan *pla
 {
     const ca_integrator_type *pilot = &ca_integrator_pilot;
     const ca_integrator_desc nothing_set = {.name = NULL};
-    const double max_depth = ca_integrator_value(plan->type, &plan->input, "max_depth", -1.0);
-    const double depth = max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH);
     const double side = sqrt(ca_render_plan_pixels(plan));
-    const double rr_depth = ca_integrator_value(plan->type, &plan->input, "rr_depth", LATEST_ROULETTE);
     const ca_parameter hide = {
         .name = "hide_emitters",
         .kind = CA_PARAMETER_BOOLEAN,
@@ -207,8 +204,7 @@ static ca_status configure(ca_integrator_input *input, const ca_render_plan *pla
     };
     CA_TRY(ca_integrator_configure(pilot, &nothing_set, false, NULL, input, error));
     CA_TRY(ca_integrator_set(pilot, &hide, input, error));
-    CA_TRY(ca_integrator_set_number(pilot, "max_depth", depth, input, error));
-    CA_TRY(ca_integrator_set_number(pilot, "rr_depth", fmin(rr_depth, LATEST_ROULETTE), input, error));
+    CA_TRY(ca_integrator_limit_pilot(pilot, plan->type, &plan->input, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "alpha", 0.0, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "light_paths", light_paths, input, error));
     return ca_integrator_set_number(pilot, "radius_pixels", side / radii_of_side, input, error);

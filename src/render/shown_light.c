@@ -11,9 +11,6 @@
 /* Squares of the picture; camera paths of a pixel of one: a highlight of a pixel's size is met, whichever it is. */
 enum { SIDE = 32, LEAST_PATHS = 4, MOST_PATHS = 64, GROUP = 128 };
 
-/* Longer paths and a later roulette are not worth their time. */
-enum { MAX_DEPTH = 64, LATEST_ROULETTE = 16 };
-
 /* Set apart from the render's and the trials'. */
 #define PILOT_SEED UINT64_C(0x73686f776e)
 
@@ -193,11 +190,7 @@ static ca_status configure(const ca_render_plan *plan, ca_integrator_input *inpu
     const ca_integrator_type *ppm = &ca_integrator_ppm;
     const ca_method method = {.type = ppm, .unguided = true};
     CA_TRY(ca_method_configure(&method, plan, NULL, input, error));
-    const double max_depth = ca_integrator_value(ppm, input, "max_depth", -1.0);
-    const double depth = max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH);
-    const double roulette = ca_integrator_value(ppm, input, "rr_depth", LATEST_ROULETTE);
-    CA_TRY(ca_integrator_set_number(ppm, "max_depth", depth, input, error));
-    CA_TRY(ca_integrator_set_number(ppm, "rr_depth", fmin(roulette, LATEST_ROULETTE), input, error));
+    CA_TRY(ca_integrator_limit_pilot(ppm, ppm, input, input, error));
     CA_TRY(ca_integrator_set_number(ppm, "light_paths", 1.0, input, error));
     CA_TRY(ca_integrator_set_number(ppm, "alpha", 0.0, input, error));
     return ca_integrator_set_number(ppm, "radius", 1e-6 * (double)plan->scene->radius, input, error);
