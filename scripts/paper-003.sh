@@ -1,8 +1,8 @@
 #!/bin/sh
 # Paper 003's figures: renders figures 1 and 2 by the report's own program (bdpt:paper=true, 400 x 400 pixels, 75
 # samples) to docs/pictures/paper-003/, and writes how long they took, how much of the light each strategy finds and
-# what tests/long_paper_003.c measures into the tables of docs/papers/003.md. Half an hour on two processors, most of
-# it for the measurements.
+# what tests/long_paper_003.c measures into the tables of docs/papers/003.md. Ten minutes on two processors, most of
+# them for the measurements.
 #
 #   scripts/paper-003.sh BUILD_FOLDER [--quick] [--only figures | shares | measurements]
 #
