@@ -124,7 +124,7 @@ static void test_choice(void **state)
     ca_scene_release(scene);
 }
 
-/* All points are in balls; a light at a finite place, or without samples, has none. */
+/* All points are in balls; a light without samples has none. */
 static void test_balls(void **state)
 {
     (void)state;
@@ -134,7 +134,7 @@ static void test_balls(void **state)
     const size_t count = make_samples(samples);
     const ca_guide_aim *aim = &guide->aims[0];
     assert_true(aim->count > HEAPS);
-    for (uint32_t i = 1; i < scene->light_count; i++) assert_int_equal(guide->aims[i].count, 0);
+    for (uint32_t i = 1; i < scene->light_count; i++) assert_int_equal(guide->aims[i].count > 0, i == 2);
     double area = 0.0;
     for (uint32_t b = 1; b < aim->count; b++) area += CA_PI_D * pow((double)aim->balls[b].radius, 2.0);
     assert_true(area < 8.0); /* two squares of 1 m^2, cut into pieces */
@@ -197,9 +197,11 @@ static void test_first_hit(void **state)
     assert_int_equal(ca_integrator_make_guide(plan.type, &plan.input, &guide, NULL), CA_OK);
     assert_non_null(guide);
     const ca_vec3 down = {0.0f, -1.0f, 0.0f}, mirror = {10.0f, 1.0f, 0.0f}, wall = {0.0f, 1.0f, 0.0f};
-    const ca_pdf_area disk = {1e-4f};
-    assert_true(ca_emission_pdf_position(guide, 0, mirror, down, disk).v > 100.0f * disk.v);
-    assert_true(ca_emission_pdf_position(guide, 0, wall, down, disk).v < disk.v);
+    const ca_emission_pdf usual = {{1e-4f}, {1.0f}};
+    const ca_emitted_ray to_mirror = {.origin = mirror, .direction = down};
+    const ca_emitted_ray to_wall = {.origin = wall, .direction = down};
+    assert_true(ca_emission_ray_pdf(guide, 0, &to_mirror, usual).position.v > 100.0f * usual.position.v);
+    assert_true(ca_emission_ray_pdf(guide, 0, &to_wall, usual).position.v < usual.position.v);
     ca_emission_guide_destroy(guide);
     ca_scene_release(scene);
 }
@@ -225,7 +227,9 @@ static double expected_density(const ca_emission_guide *guide, uint32_t cell, ca
     for (uint32_t i = 0; i < STEPS * STEPS; i++) {
         const ca_vec3 point = {(float)(cell % CELLS) - 12.0f + ((float)(i % STEPS) + 0.5f) / STEPS, 0.0f,
                                (float)(cell / CELLS) - 12.0f + ((float)(i / STEPS) + 0.5f) / STEPS};
-        sum += (double)ca_emission_pdf_position(guide, 0, point, direction, (ca_pdf_area){(float)disk}).v;
+        const ca_emitted_ray ray = {.origin = point, .direction = direction};
+        const ca_emission_pdf usual = {{(float)disk}, {1.0f}};
+        sum += (double)ca_emission_ray_pdf(guide, 0, &ray, usual).position.v;
     }
     return sum / (STEPS * STEPS);
 }
@@ -265,6 +269,141 @@ static void test_rays(void **state)
     ca_scene_release(scene);
 }
 
+/* ---- Rays that are aimed --------------------------------------------------------------------------------------- */
+
+#define SPOT                                                                                                         \
+    "<emitter type='spot'><transform name='to_world'><lookat origin='1,2,0' target='1.3,0,0.5' up='1,0,0'/>"         \
+    "</transform><rgb name='intensity' value='3'/><float name='cutoff_angle' value='40'/>"                           \
+    "<float name='beam_width' value='20'/></emitter>"
+#define LAMP                                                                                                         \
+    "<shape type='rectangle'><transform name='to_world'><scale value='0.2'/><rotate x='1' angle='90'/>"              \
+    "<translate x='-0.5' y='2.5'/></transform><emitter type='area'><rgb name='radiance' value='9'/></emitter>"       \
+    "</shape>"
+#define GLOBE                                                                                                        \
+    "<shape type='sphere'><point name='center' value='0.5,1.8,-0.5'/><float name='radius' value='0.1'/>"             \
+    "<emitter type='area'><rgb name='radiance' value='9'/></emitter></shape>"
+#define LAMPS "<scene version='3.0.0'>" CAMERA PLAIN("6") BULB("0,2,0") SPOT LAMP GLOBE "</scene>"
+
+enum { AIMED_RAYS = 1 << 17, LATITUDES = 20, LONGITUDES = 40, DIRECTIONS = LATITUDES * LONGITUDES };
+
+/* Light of every lamp meets two squares on the floor, one at the lamps and one above them. */
+static ca_emission_guide *aim_lamps(const ca_scene *scene)
+{
+    static const ca_vec3 squares[] = {
+        {2.0f, 0.0f, 1.0f}, {-3.0f, 0.0f, -2.0f}, {0.0f, 2.0f, 0.0f}, {0.0f, 4.0f, 0.0f}};
+    static ca_guide_sample samples[4 * 4 * 100];
+    const ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT, .seed = 8};
+    ca_emission_guide *guide = NULL;
+    size_t count = 0;
+    for (uint32_t i = 0; i < 4 * 4 * 100; i++) {
+        const ca_stream stream = ca_stream_start(&sampler, 0, i);
+        const ca_vec2 u = ca_sample_2d(&stream, 0);
+        const ca_vec3 offset = {u.x - 0.5f, 0.0f, u.y - 0.5f};
+        samples[count++] = (ca_guide_sample){
+            .position = ca_add(squares[i / 4 % 4], offset), .light = i % 4, .weight = i / 4 % 4 == 0 ? 3.0f : 1.0f};
+    }
+    assert_int_equal(ca_emission_guide_create(&guide, scene->lights, scene->light_count, &scene->light_choice,
+                                              samples, count, NULL),
+                     CA_OK);
+    for (uint32_t i = 0; i < 4; i++) assert_true(guide->aims[i].count > 8);
+    return guide;
+}
+
+static uint32_t direction_cell(ca_vec3 d)
+{
+    const double turn = atan2((double)d.y, (double)d.x) / (2.0 * CA_PI_D) + 0.5;
+    const uint32_t row = (uint32_t)fmin(0.5 * ((double)d.z + 1.0) * LATITUDES, LATITUDES - 1);
+    return row * LONGITUDES + (uint32_t)fmin(turn * LONGITUDES, LONGITUDES - 1);
+}
+
+static ca_vec3 direction_in(uint32_t cell, double u, double v)
+{
+    const double z = 2.0 * (cell / LONGITUDES + u) / LATITUDES - 1.0;
+    const double angle = 2.0 * CA_PI_D * ((cell % LONGITUDES + v) / LONGITUDES - 0.5), r = sqrt(1.0 - z * z);
+    return (ca_vec3){(float)(r * cos(angle)), (float)(r * sin(angle)), (float)z};
+}
+
+/* The share of the light's rays from the origin of `start` that go into the cell. */
+static double expected_share(const ca_emission_guide *guide, uint32_t light, const ca_light_emission *start,
+                             uint32_t cell)
+{
+    enum { STEPS = 24 };
+    double sum = 0.0;
+    for (uint32_t i = 0; i < STEPS * STEPS; i++) {
+        const ca_vec3 direction = direction_in(cell, (i % STEPS + 0.5) / STEPS, (double)(i / STEPS + 0.5) / STEPS);
+        ca_light_emission towards = *start;
+        if (!ca_light_emission_towards(&guide->lights[light], direction, &towards)) continue;
+        const ca_emitted_ray ray = {start->origin, start->ng, direction};
+        sum += (double)ca_emission_ray_pdf(guide, light, &ray,
+                                           (ca_emission_pdf){towards.pdf_position, towards.pdf_direction})
+                   .direction.v;
+    }
+    return sum / (STEPS * STEPS) * 4.0 * CA_PI_D / DIRECTIONS;
+}
+
+/* How far the rays' directions from one point of the light are from their density: chi^2 of the cells. */
+static double chi_of_light(const ca_emission_guide *guide, uint32_t light, uint32_t *cells)
+{
+    static uint32_t arrived[DIRECTIONS];
+    const ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT, .seed = 4};
+    const ca_vec2 place = {0.3f, 0.6f};
+    ca_light_emission start = {.cos_light = 0.0f};
+    double chi = 0.0;
+    memset(arrived, 0, sizeof arrived);
+    *cells = 0;
+    ca_light_start_emission(&guide->lights[light], place, &start);
+    for (uint32_t i = 0; i < AIMED_RAYS; i++) {
+        const ca_stream stream = ca_stream_start(&sampler, light, i);
+        ca_light_emission ray;
+        if (!ca_emission_sample(guide, guide->lights, light, place, ca_sample_2d(&stream, 0), &ray)) continue;
+        assert_memory_equal(&ray.origin, &start.origin, sizeof ray.origin);
+        assert_true(ray.pdf_direction.v > 0.0f && ray.cos_light > 0.0f);
+        arrived[direction_cell(ray.direction)]++;
+    }
+    for (uint32_t c = 0; c < DIRECTIONS; c++) {
+        const double expected = AIMED_RAYS * expected_share(guide, light, &start, c);
+        if (expected < 5.0) continue;
+        chi += pow(arrived[c] - expected, 2.0) / expected;
+        ++*cells;
+    }
+    return chi;
+}
+
+/* Directions come as often as their density says: of a bulb and a lamp within one ball, of a spot, half of whose aims
+ * lie outside of its cone, of lamps with balls behind their surface. */
+static void test_aimed_rays(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(LAMPS);
+    ca_emission_guide *guide = aim_lamps(scene);
+    for (uint32_t light = 0; light < 4; light++) {
+        uint32_t cells;
+        const double chi = chi_of_light(guide, light, &cells);
+        print_message("light %u: chi^2 of %u cells: %.1f\n", light, cells, chi);
+        assert_true(cells > 60);
+        assert_true(chi < cells + 6.0 * sqrt(2.0 * cells));
+    }
+    ca_emission_guide_destroy(guide);
+    ca_scene_release(scene);
+}
+
+/* A photon that is met often is one place, and says nothing of where others are. */
+static void test_one_photon(void **state)
+{
+    (void)state;
+    ca_guide_sample samples[POINTS];
+    ca_scene *scene = scene_from_text(OUTSIDE);
+    ca_emission_guide *guide = NULL;
+    for (uint32_t i = 0; i < POINTS; i++)
+        samples[i] = (ca_guide_sample){.position = heaps[i % HEAPS], .light = 0, .weight = 1.0f};
+    assert_int_equal(ca_emission_guide_create(&guide, scene->lights, scene->light_count, &scene->light_choice,
+                                              samples, POINTS, NULL),
+                     CA_OK);
+    assert_int_equal(guide->aims[0].count, 0);
+    ca_emission_guide_destroy(guide);
+    ca_scene_release(scene);
+}
+
 /* ---- Renders --------------------------------------------------------------------------------------------------- */
 
 static const char *const methods[] = {"light", "bdpt", "ppm", "bdpm", "vcm", "ovcm", "vavcm"};
@@ -300,7 +439,8 @@ static void test_mean(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text(
-        "<scene version='3.0.0'>" CAMERA PLAIN("6") WALL GLASS SUN SKY BULB("0.5,2,1") BULB("5,1,0") "</scene>");
+        "<scene version='3.0.0'>" CAMERA PLAIN("6") WALL GLASS SUN SKY BULB("0.5,2,1") BULB("5,1,0") SPOT LAMP GLOBE
+        "</scene>");
     for (int i = 0; i < METHODS; i++) {
         const uint32_t samples = strcmp(methods[i], "light") == 0 ? 4000 : 80;
         const mean plain = mean_of(scene, methods[i], false, samples);
@@ -330,18 +470,24 @@ static double variance_of(const ca_scene *scene, const char *method, bool guided
     return sum / ((double)width * height);
 }
 
+/* One bulb 10 m above a plain of 40 m, of which the picture shows three. */
+#define HIGH                                                                                                         \
+    "<scene version='3.0.0'>" CAMERA PLAIN("20") WALL GLASS "<emitter type='point'><point name='position' "          \
+    "value='1,10,2'/><rgb name='intensity' value='300'/></emitter></scene>"
+
 /* A hundredth of the usual light paths arrives near what the picture shows. */
 static void test_variance(void **state)
 {
     (void)state;
-    ca_scene *scene = scene_from_text(OUTSIDE);
-    static const char *const of_merges[] = {"bdpm", "ppm"};
-    for (int i = 0; i < 2; i++) {
-        const double plain = variance_of(scene, of_merges[i], false), guided = variance_of(scene, of_merges[i], true);
-        print_message("%s: variance %.4g, guided %.4g\n", of_merges[i], plain, guided);
+    static const char *const of_merges[] = {"bdpm", "ppm"}, *const scenes[] = {OUTSIDE, HIGH};
+    for (int i = 0; i < 4; i++) {
+        ca_scene *scene = scene_from_text(scenes[i / 2]);
+        const char *method = of_merges[i % 2];
+        const double plain = variance_of(scene, method, false), guided = variance_of(scene, method, true);
+        print_message("%s: variance %.4g, guided %.4g\n", method, plain, guided);
         assert_true(guided < 0.25 * plain);
+        ca_scene_release(scene);
     }
-    ca_scene_release(scene);
 }
 
 /* The same bits with any threads; others than without a guide. */
@@ -364,11 +510,14 @@ static void test_bits(void **state)
     ca_scene_release(scene);
 }
 
-/* One lamp leaves nothing to guide: the same bits with the parameter and without it. */
+/* One projector leaves nothing to guide: the same bits with the parameter and without it. */
 static void test_nothing_to_guide(void **state)
 {
     (void)state;
-    ca_scene *scene = scene_from_text("<scene version='3.0.0'>" CAMERA PLAIN("6") WALL BULB("0.5,2,1") "</scene>");
+    ca_scene *scene = scene_from_text(
+        "<scene version='3.0.0'>" CAMERA PLAIN("6") WALL "<emitter type='projector'><transform name='to_world'>"
+        "<lookat origin='0,3,2' target='0,0,0' up='0,1,0'/></transform><float name='scale' value='9'/></emitter>"
+        "</scene>");
     ca_render_settings settings = settings_of("ovcm:radius=0.1", 2, 7);
     const uint64_t hash = rendered_hash(scene, &settings);
     settings.integrator = "ovcm:radius=0.1,guide=true";
@@ -395,6 +544,8 @@ int main(void)
         cmocka_unit_test(test_few_samples),
         cmocka_unit_test(test_first_hit),
         cmocka_unit_test(test_rays),
+        cmocka_unit_test(test_aimed_rays),
+        cmocka_unit_test(test_one_photon),
         cmocka_unit_test(test_mean),
         cmocka_unit_test(test_variance),
         cmocka_unit_test(test_bits),

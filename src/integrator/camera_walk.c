@@ -51,14 +51,17 @@ static float hit_weight(const ca_camera_walk *walk, uint32_t light_index, const 
     const ca_emission_guide *guide = walk->b->guide;
     const float choice = ca_emission_probability(guide, &scene->light_choice, light_index);
     const ca_walk *w = &walk->walk;
-    const ca_pdf_area pdf_position =
-        ca_emission_pdf_position(guide, light_index, w->origin, ca_neg(w->direction), hit->pdf_position);
+    const ca_emitted_ray ray = {.origin = surface ? surface->position : w->origin,
+                                .ng = surface ? surface->ng : (ca_vec3){0},
+                                .direction = ca_neg(w->direction)};
+    const ca_emission_pdf pdf = ca_emission_ray_pdf(guide, light_index, &ray,
+                                                    (ca_emission_pdf){hit->pdf_position, hit->pdf_direction});
     const float distance = ca_camera_walk_vertex(walk)->distance;
     const float cos_light = surface ? ca_abs_dot(surface->ng, w->direction) : 1.0f;
     ca_path_vertex end;
-    const ca_pdf_solid_angle pdf_direction = walk->b->paper ? CA_PAPER_PDF : hit->pdf_direction;
+    const ca_pdf_solid_angle pdf_direction = walk->b->paper ? CA_PAPER_PDF : pdf.direction;
     const ca_flight flight =
-        ca_light_end(light, choice, pdf_position, pdf_direction, cos_light, &walk->b->rules.reuse, &end);
+        ca_light_end(light, choice, pdf.position, pdf_direction, cos_light, &walk->b->rules.reuse, &end);
     end.light_class = ca_factor_light(light_index);
     if (!walk->b->paper)
         end.next_event_ratio =

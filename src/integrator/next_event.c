@@ -12,13 +12,16 @@ static float weight_of(const ca_next_event *event)
     const uint32_t number = (uint32_t)(light - walk->b->input.scene->lights);
     const ca_emission_guide *guide = walk->b->guide;
     const float choice = ca_emission_probability(guide, &walk->b->input.scene->light_choice, number);
-    const ca_pdf_area pdf_position = ca_emission_pdf_position(guide, number, walk->walk.last.position,
-                                                              ca_neg(direct->to_light), direct->pdf_position);
+    const bool infinite = ca_light_is_infinite(light);
+    const ca_emitted_ray ray = {.origin = infinite ? walk->walk.last.position : direct->position,
+                                .ng = direct->ng,
+                                .direction = ca_neg(direct->to_light)};
+    const ca_emission_pdf pdf = ca_emission_ray_pdf(guide, number, &ray,
+                                                    (ca_emission_pdf){direct->pdf_position, direct->pdf_direction});
     const ca_flight flight =
-        ca_light_end(light, choice, pdf_position, direct->pdf_direction, direct->cos_light, reuse, &end);
+        ca_light_end(light, choice, pdf.position, pdf.direction, direct->cos_light, reuse, &end);
     end.light_class = ca_factor_light(number);
     end.next_event_ratio = direct->next_event_ratio * (event->choice / choice);
-    const bool infinite = ca_light_is_infinite(light);
     const float distance =
         infinite ? ca_light_disk_distance(light, ca_neg(direct->to_light), walk->walk.last.position)
                  : direct->distance;

@@ -65,21 +65,39 @@ bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, c
     return true;
 }
 
-bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
-                            ca_light_emission *emission)
+void ca_light_area_start(const ca_light *light, ca_vec2 u_position, ca_light_emission *emission)
 {
     ca_surface surface;
     const ca_pdf_area pdf_position = ca_shape_sample_area(light->as.area.shape, u_position, &surface);
-    const ca_vec3 local = ca_warp_cosine_hemisphere(u_direction);
-    const ca_frame frame = ca_frame_from_normal(surface.ng);
     *emission = (ca_light_emission){.origin = surface.position,
                                     .origin_error = surface.position_error,
                                     .ng = surface.ng,
-                                    .direction = ca_to_world(&frame, local),
-                                    .radiance = radiance_at(light, &surface),
-                                    .pdf_position = pdf_position,
-                                    .pdf_direction = ca_warp_cosine_hemisphere_pdf(local.z),
-                                    .cos_light = local.z};
+                                    .radiance = radiance_at(light, &surface), /* in all directions */
+                                    .pdf_position = pdf_position};
+}
+
+static void set_direction(ca_vec3 direction, float cos_light, ca_light_emission *emission)
+{
+    emission->direction = direction;
+    emission->pdf_direction = ca_warp_cosine_hemisphere_pdf(cos_light);
+    emission->cos_light = cos_light;
+}
+
+bool ca_light_area_towards(ca_vec3 direction, ca_light_emission *emission)
+{
+    const float cos_light = ca_dot(direction, emission->ng);
+    if (!(cos_light > 0.0f)) return false;
+    set_direction(direction, cos_light, emission);
+    return true;
+}
+
+bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
+                            ca_light_emission *emission)
+{
+    ca_light_area_start(light, u_position, emission);
+    const ca_vec3 local = ca_warp_cosine_hemisphere(u_direction);
+    const ca_frame frame = ca_frame_from_normal(emission->ng);
+    set_direction(ca_to_world(&frame, local), local.z, emission);
     return true;
 }
 

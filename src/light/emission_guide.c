@@ -5,6 +5,8 @@
 #include "light/light_kinds.h"
 #include "sampling/warp.h"
 
+#include <stdlib.h>
+
 /* Of a light's rays: through the ball around all surfaces that its light meets; what the disk and this ball leave is
  * for the clusters. */
 #define WHOLE_SHARE 0.15f
@@ -15,9 +17,14 @@
 /* A ball is at least this part of the scene's radius. */
 #define LEAST_RADIUS 1e-3f
 
+static bool can_be_aimed(const ca_light *light)
+{
+    return ca_light_is_infinite(light) || ca_light_can_be_aimed(light);
+}
+
 bool ca_emission_can_be_guided(const ca_light *lights, uint32_t count)
 {
-    return count > 1 || (count == 1 && ca_light_is_infinite(&lights[0]));
+    return count > 1 || (count == 1 && can_be_aimed(&lights[0]));
 }
 
 /* ---- The choice of the light ----------------------------------------------------------------------------------- */
@@ -66,17 +73,36 @@ static ca_status create_choice(ca_emission_guide *guide, const ca_light_choice *
 
 /* ---- Aims ------------------------------------------------------------------------------------------------------ */
 
-/* Moves the light's samples to the front; returns how many they are. */
-static size_t gather_samples(uint32_t light, ca_guide_sample *samples, size_t count)
+static int compare_places(const ca_guide_sample *x, const ca_guide_sample *y)
 {
-    size_t found = 0;
+    const ca_vec3 p = x->position, q = y->position;
+    if (x->light != y->light) return x->light < y->light ? -1 : 1;
+    if (p.x != q.x) return p.x < q.x ? -1 : 1;
+    if (p.y != q.y) return p.y < q.y ? -1 : 1;
+    return (p.z > q.z) - (p.z < q.z);
+}
+
+/* By light, by place, and by weight, so that sums do not depend on how a library sorts. */
+static int compare(const void *a, const void *b)
+{
+    const ca_guide_sample *x = a, *y = b;
+    const int places = compare_places(x, y);
+    return places != 0 ? places : (x->weight > y->weight) - (x->weight < y->weight);
+}
+
+/* A photon that many camera paths merge with tells of one place only: samples of the same place become one, with the
+ * sum of their weights. Returns how many are left, in order. */
+static size_t join_samples(ca_guide_sample *samples, size_t count)
+{
+    size_t kept = 0;
+    qsort(samples, count, sizeof *samples, compare);
     for (size_t i = 0; i < count; i++) {
-        if (samples[i].light != light) continue;
-        const ca_guide_sample sample = samples[i];
-        samples[i] = samples[found];
-        samples[found++] = sample;
+        if (kept > 0 && compare_places(&samples[kept - 1], &samples[i]) == 0)
+            samples[kept - 1].weight += samples[i].weight;
+        else
+            samples[kept++] = samples[i];
     }
-    return found;
+    return kept;
 }
 
 static ca_status create_aim(ca_guide_aim *aim, const ca_light *light, ca_guide_sample *samples, size_t count,
@@ -105,10 +131,12 @@ static ca_status create_aims(ca_emission_guide *guide, ca_guide_sample *samples,
 {
     guide->aims = ca_alloc_zeroed(guide->light_count, sizeof *guide->aims);
     if (!guide->aims) return ca_fail_memory(error, "the guide of emission");
-    for (uint32_t i = 0; i < guide->light_count; i++) {
-        if (!ca_light_is_infinite(&guide->lights[i])) continue;
-        const size_t found = gather_samples(i, samples, count);
-        CA_TRY(create_aim(&guide->aims[i], &guide->lights[i], samples, found, error));
+    const size_t places = join_samples(samples, count);
+    for (size_t first = 0, end; first < places; first = end) {
+        const uint32_t light = samples[first].light;
+        for (end = first + 1; end < places && samples[end].light == light;) end++;
+        if (can_be_aimed(&guide->lights[light]))
+            CA_TRY(create_aim(&guide->aims[light], &guide->lights[light], samples + first, end - first, error));
     }
     return CA_OK;
 }
@@ -164,44 +192,146 @@ float ca_emission_ratio(const ca_emission_guide *guide, const ca_light_choice *c
     return emission > 0.0f ? ca_light_choice_direct_probability(choice, receiver, light) / emission : 0.0f;
 }
 
+/* ---- Rays through balls ---------------------------------------------------------------------------------------- */
+
+/* The distance is that of the line's nearest point: the square of it, from those of the other two sides of the
+ * triangle, would have lost half of the digits. */
+static bool goes_through(const ca_guide_ball *ball, ca_vec3 point, ca_vec3 direction)
+{
+    const ca_vec3 offset = ca_sub(point, ball->center);
+    const ca_vec3 across = ca_madd(offset, -ca_dot(offset, direction), direction);
+    return ca_length2(across) <= ca_sqr(ball->radius);
+}
+
+/* Of all rays. */
+static float share_of(const ca_guide_ball *ball) { return ball->density * CA_PI * ca_sqr(ball->radius); }
+
+/* Is there a cone of rays from the point to the ball? Not from within, nor behind the surface. */
+static bool is_in_front(const ca_guide_ball *ball, ca_vec3 origin, ca_vec3 ng)
+{
+    const ca_vec3 offset = ca_sub(ball->center, origin);
+    return ca_length2(offset) > ca_sqr(ball->radius) && ca_dot(offset, ng) > -ball->radius;
+}
+
+/* The cosine of the cone's half angle. */
+static float cone_cos(const ca_guide_ball *ball, float distance2)
+{
+    return sqrtf(1.0f - ca_sqr(ball->radius) / distance2);
+}
+
+/* Of the cone's directions: share / (2 pi (1 - cos)), in which 1 - cos = radius^2 / (distance^2 (1 + cos)). */
+static float cone_density(const ca_guide_ball *ball, ca_vec3 origin)
+{
+    const float distance2 = ca_length2(ca_sub(ball->center, origin));
+    return 0.5f * ball->density * distance2 * (1.0f + cone_cos(ball, distance2));
+}
+
+static ca_pdf_area guided_position(const ca_guide_aim *aim, const ca_emitted_ray *ray, ca_pdf_area usual)
+{
+    float pdf = ca_distribution_1d_probability(&aim->parts, 0) * usual.v;
+    for (uint32_t i = 0; i < aim->count; i++)
+        if (goes_through(&aim->balls[i], ray->origin, ray->direction)) pdf += aim->balls[i].density;
+    return (ca_pdf_area){pdf};
+}
+
+static ca_pdf_solid_angle guided_direction(const ca_guide_aim *aim, const ca_emitted_ray *ray,
+                                           ca_pdf_solid_angle usual)
+{
+    float of_usual = ca_distribution_1d_probability(&aim->parts, 0), of_cones = 0.0f;
+    for (uint32_t i = 0; i < aim->count; i++) {
+        const ca_guide_ball *ball = &aim->balls[i];
+        const bool ahead = ca_dot(ca_sub(ball->center, ray->origin), ray->direction) > 0.0f;
+        if (!is_in_front(ball, ray->origin, ray->ng))
+            of_usual += share_of(ball);
+        else if (ahead && goes_through(ball, ray->origin, ray->direction))
+            of_cones += cone_density(ball, ray->origin);
+    }
+    return (ca_pdf_solid_angle){of_usual * usual.v + of_cones};
+}
+
+ca_emission_pdf ca_emission_ray_pdf(const ca_emission_guide *guide, uint32_t light, const ca_emitted_ray *ray,
+                                    ca_emission_pdf usual)
+{
+    if (!guide || guide->aims[light].count == 0) return usual;
+    if (ca_light_is_infinite(&guide->lights[light]))
+        usual.position = guided_position(&guide->aims[light], ray, usual.position);
+    else
+        usual.direction = guided_direction(&guide->aims[light], ray, usual.direction);
+    return usual;
+}
+
+/* ---- Sampling -------------------------------------------------------------------------------------------------- */
+
+/* Of the balls' radii: so near to the edge a ray may seem to miss the ball by rounding. Then the density would be far
+ * too low. */
+#define INNER 0.999f
+
 /* A point of the ball's cross section, in the plane of the light's disk. */
-static ca_vec3 origin_towards(const ca_guide_ball *ball, const ca_light *light, ca_vec3 direction, ca_vec2 u)
+static ca_vec3 origin_towards(const ca_guide_ball *ball, const ca_light *light, ca_vec3 direction, ca_vec2 disk)
 {
     const ca_frame frame = ca_frame_from_normal(direction);
-    const ca_vec2 disk = ca_warp_disk(u);
     const ca_vec3 target =
         ca_madd(ball->center, ball->radius, ca_to_world(&frame, (ca_vec3){disk.x, disk.y, 0.0f}));
     const float depth = ca_dot(ca_sub(target, light->scene_center), direction) + light->scene_radius;
     return ca_madd(target, -depth, direction);
 }
 
-bool ca_emission_sample(const ca_emission_guide *guide, const ca_light *lights, uint32_t light, ca_vec2 u_position,
-                        ca_vec2 u_direction, ca_light_emission *emission)
+static void aim_origin(const ca_guide_ball *ball, const ca_light *light, ca_vec2 u, ca_light_emission *emission)
 {
-    const ca_guide_aim *aim = guide && guide->aims[light].count > 0 ? &guide->aims[light] : NULL;
+    const ca_vec2 disk = ca_warp_disk(u);
+    emission->origin = origin_towards(ball, light, emission->direction, disk);
+    if (!goes_through(ball, emission->origin, emission->direction))
+        emission->origin =
+            origin_towards(ball, light, emission->direction, (ca_vec2){INNER * disk.x, INNER * disk.y});
+}
+
+static ca_vec3 direction_towards(const ca_guide_ball *ball, ca_vec3 origin, ca_vec2 u, float radius)
+{
+    const ca_vec3 offset = ca_sub(ball->center, origin);
+    const float distance2 = ca_length2(offset), one_minus_cos = ca_sqr(radius) / distance2;
+    const ca_frame frame = ca_frame_from_normal(ca_normalize(offset));
+    const float cosine = cone_cos(&(ca_guide_ball){.radius = radius}, distance2);
+    return ca_normalize(ca_to_world(&frame, ca_warp_cone(u, one_minus_cos / (1.0f + cosine))));
+}
+
+static bool sample_infinite(const ca_guide_aim *aim, const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
+                            ca_light_emission *emission)
+{
     float probability;
-    uint32_t part = 0;
-    if (aim) part = ca_distribution_1d_sample(&aim->parts, u_position.x, &probability, &u_position.x);
-    if (!ca_light_sample_emission(&lights[light], u_position, u_direction, emission)) return false;
-    if (part > 0)
-        emission->origin = origin_towards(&aim->balls[part - 1], &lights[light], emission->direction, u_position);
-    emission->pdf_position =
-        ca_emission_pdf_position(guide, light, emission->origin, emission->direction, emission->pdf_position);
+    const uint32_t part = ca_distribution_1d_sample(&aim->parts, u_position.x, &probability, &u_position.x);
+    if (!ca_light_sample_emission(light, u_position, u_direction, emission)) return false;
+    if (part > 0) aim_origin(&aim->balls[part - 1], light, u_position, emission);
     return true;
 }
 
-/* The distance is that of the line's nearest point: the square of it, from those of the other two sides of the
- * triangle, would have lost half of the digits. */
-ca_pdf_area ca_emission_pdf_position(const ca_emission_guide *guide, uint32_t light, ca_vec3 point, ca_vec3 direction,
-                                     ca_pdf_area usual)
+static bool sample_finite(const ca_guide_aim *aim, const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
+                          ca_light_emission *emission)
 {
-    if (!guide || guide->aims[light].count == 0) return usual;
-    const ca_guide_aim *aim = &guide->aims[light];
-    float pdf = ca_distribution_1d_probability(&aim->parts, 0) * usual.v;
-    for (uint32_t i = 0; i < aim->count; i++) {
-        const ca_vec3 offset = ca_sub(point, aim->balls[i].center);
-        const ca_vec3 across = ca_madd(offset, -ca_dot(offset, direction), direction);
-        if (ca_length2(across) <= ca_sqr(aim->balls[i].radius)) pdf += aim->balls[i].density;
-    }
-    return (ca_pdf_area){pdf};
+    float probability;
+    const uint32_t part = ca_distribution_1d_sample(&aim->parts, u_direction.x, &probability, &u_direction.x);
+    const ca_guide_ball *ball = part > 0 ? &aim->balls[part - 1] : NULL;
+    if (ball) ca_light_start_emission(light, u_position, emission);
+    if (!ball || !is_in_front(ball, emission->origin, emission->ng))
+        return ca_light_sample_emission(light, u_position, u_direction, emission);
+    ca_vec3 direction = direction_towards(ball, emission->origin, u_direction, ball->radius);
+    if (!goes_through(ball, emission->origin, direction))
+        direction = direction_towards(ball, emission->origin, u_direction, INNER * ball->radius);
+    return ca_light_emission_towards(light, direction, emission);
+}
+
+bool ca_emission_sample(const ca_emission_guide *guide, const ca_light *lights, uint32_t light, ca_vec2 u_position,
+                        ca_vec2 u_direction, ca_light_emission *emission)
+{
+    if (!guide || guide->aims[light].count == 0)
+        return ca_light_sample_emission(&lights[light], u_position, u_direction, emission);
+    const bool infinite = ca_light_is_infinite(&lights[light]);
+    if (!(infinite ? sample_infinite : sample_finite)(&guide->aims[light], &lights[light], u_position, u_direction,
+                                                      emission))
+        return false;
+    const ca_emitted_ray ray = {emission->origin, emission->ng, emission->direction};
+    const ca_emission_pdf pdf = ca_emission_ray_pdf(
+        guide, light, &ray, (ca_emission_pdf){emission->pdf_position, emission->pdf_direction});
+    emission->pdf_position = pdf.position;
+    emission->pdf_direction = pdf.direction;
+    return true;
 }

@@ -1,16 +1,21 @@
-/* Guided emission: light paths start where light reaches the picture, instead of in proportion to power and evenly.
+/* Guided emission: light paths start towards what brings light to the picture, instead of in proportion to power and
+ * evenly.
  *
  * A guide is made from samples of light that reaches the picture: which light it came from, and where it met a
- * surface first. Two choices follow them:
- *     the light       in proportion to the light that it brings to the picture
- *     a ray's origin  of lights at infinity: rays go through balls that hold the surfaces that the light met first
+ * surface first. Three choices follow them:
+ *     the light          in proportion to the light that it brings to the picture
+ *     a ray's origin     of lights at infinity: rays go through balls that hold the surfaces that the light met first
+ *     a ray's direction  of area lights, points and spots: rays go into the cones under which they see these balls
  * Each is mixed with the usual choice, which has a share of CA_GUIDE_USUAL or more: what the samples do not show is
- * found four times less often at most, or sixteen times where it is both another light's and from elsewhere at
- * infinity, and never lost.
+ * found four times less often at most, or sixteen times where it is both another light's and elsewhere, and never
+ * lost. Beams and projectors are chosen, but not aimed.
  *
- * The density of a ray's origin, per area across the ray, is a sum over the disk of light.h and the balls whose cross
- * section the ray goes through: a pure function of the line, known to all techniques from any point on it. Origins
- * lie in the plane of the usual disk. Directions are as without a guide.
+ * Densities are pure functions of the ray, known to all techniques that make it:
+ *     at infinity  that of the origin, per area across the ray, is a sum over the disk of light.h and the balls whose
+ *                  cross section the ray goes through, the same from any point of the ray; origins lie in the plane
+ *                  of the usual disk, and directions are as usual
+ *     others       that of the direction is a sum over the usual one and the cones that hold it; cones are those of
+ *                  balls in front of the ray's origin, and what other balls would have goes to the usual directions
  *
  * Everywhere `guide` may be NULL: emission as usual. A guide is immutable and shared by all threads; it borrows the
  * lights. */
@@ -32,14 +37,14 @@ typedef struct ca_guide_sample {
 /* Through it goes a share of a light's rays. */
 typedef struct ca_guide_ball {
     ca_vec3 center;
-    float radius, density; /* density: of a ray through it, share / (pi radius^2) */
+    float radius, density; /* density: of parallel rays through it, share / (pi radius^2) */
 } ca_guide_ball;
 
-/* Where the rays of a light at infinity go. */
+/* Where the rays of a light go. */
 typedef struct ca_guide_aim {
     ca_guide_ball *balls; /* owned */
     uint32_t count;       /* 0: as usual */
-    ca_distribution_1d parts; /* the disk, and the balls */
+    ca_distribution_1d parts; /* the usual rays, and the balls */
 } ca_guide_aim;
 
 typedef struct ca_emission_guide {
@@ -49,7 +54,7 @@ typedef struct ca_emission_guide {
     ca_guide_aim *aims;        /* owned; [light_count] */
 } ca_emission_guide;
 
-/* Is there a choice among the lights, or one at infinity? */
+/* Is there a choice among the lights, or one that can be aimed? */
 bool ca_emission_can_be_guided(const ca_light *lights, uint32_t count);
 
 /* From `count` samples, whose order changes. Deterministic. Errors: CA_ERROR_MEMORY. */
@@ -68,9 +73,20 @@ float ca_emission_ratio(const ca_emission_guide *guide, const ca_light_choice *c
 /* ca_light_sample_emission of light number `light`. */
 bool ca_emission_sample(const ca_emission_guide *guide, const ca_light *lights, uint32_t light, ca_vec2 u_position,
                         ca_vec2 u_direction, ca_light_emission *emission);
-/* pdf_position of a ray of the light through `point`, along `direction`, which leaves the light; `usual`: without a
- * guide. */
-ca_pdf_area ca_emission_pdf_position(const ca_emission_guide *guide, uint32_t light, ca_vec3 point, ca_vec3 direction,
-                                     ca_pdf_area usual);
+
+/* A ray that leaves a light. */
+typedef struct ca_emitted_ray {
+    ca_vec3 origin, ng; /* on the light; ng zero where it has no surface. Of a light at infinity: any point, zero */
+    ca_vec3 direction;
+} ca_emitted_ray;
+
+typedef struct ca_emission_pdf {
+    ca_pdf_area position;
+    ca_pdf_solid_angle direction;
+} ca_emission_pdf;
+
+/* pdf_position and pdf_direction of a ray; `usual`: without a guide. */
+ca_emission_pdf ca_emission_ray_pdf(const ca_emission_guide *guide, uint32_t light, const ca_emitted_ray *ray,
+                                    ca_emission_pdf usual);
 
 #endif

@@ -113,6 +113,40 @@ bool ca_light_sample_emission(const ca_light *light, ca_vec2 u_position, ca_vec2
     return false;
 }
 
+bool ca_light_can_be_aimed(const ca_light *light)
+{
+    return light->kind == CA_LIGHT_AREA || light->kind == CA_LIGHT_POINT || light->kind == CA_LIGHT_SPOT;
+}
+
+static ca_vec3 dirac_position(const ca_light *light)
+{
+    return light->kind == CA_LIGHT_POINT ? light->as.point.position : light->as.spot.position;
+}
+
+void ca_light_start_emission(const ca_light *light, ca_vec2 u_position, ca_light_emission *emission)
+{
+    if (light->kind == CA_LIGHT_AREA)
+        ca_light_area_start(light, u_position, emission);
+    else
+        *emission = (ca_light_emission){.origin = dirac_position(light), .pdf_position = {1.0f}};
+}
+
+bool ca_light_emission_towards(const ca_light *light, ca_vec3 direction, ca_light_emission *emission)
+{
+    switch (light->kind) {
+    case CA_LIGHT_AREA: return ca_light_area_towards(direction, emission);
+    case CA_LIGHT_POINT: return ca_light_point_towards(light, direction, emission);
+    case CA_LIGHT_SPOT: return ca_light_spot_towards(light, direction, emission);
+    case CA_LIGHT_BEAM:
+    case CA_LIGHT_DIRECTIONAL:
+    case CA_LIGHT_PROJECTOR:
+    case CA_LIGHT_CONSTANT:
+    case CA_LIGHT_ENVMAP:
+    case CA_LIGHT_KIND_COUNT: break;
+    }
+    return false;
+}
+
 ca_light_hit ca_light_eval_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface, ca_vec3 direction)
 {
     switch (light->kind) {

@@ -141,6 +141,14 @@ typedef struct ca_light_emission {
 bool ca_light_sample_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
                               ca_light_emission *emission);
 
+/* The same in two steps, of lights at a finite place whose directions are no Dirac ones (area, point, spot): where
+ * the ray starts, and what goes into a direction that the caller chooses. */
+bool ca_light_can_be_aimed(const ca_light *light);
+/* Sets the origin, ng and pdf_position. */
+void ca_light_start_emission(const ca_light *light, ca_vec2 u_position, ca_light_emission *emission);
+/* Sets the rest; pdf_direction is that of ca_light_sample_emission. false: no light goes there. */
+bool ca_light_emission_towards(const ca_light *light, ca_vec3 direction, ca_light_emission *emission);
+
 /* What a path that happened to hit the light sees, and with which densities the light's own techniques would have
  * made the same: for area lights the surface hit and the direction from it back along the path; for environments the
  * direction only (surface NULL). `reference` is the path's previous vertex. */

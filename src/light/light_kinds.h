@@ -11,6 +11,8 @@ void ca_light_area_prepare(ca_light *light);
 bool ca_light_area_direct(const ca_light *light, ca_vec3 reference, ca_vec2 u, ca_light_direct *direct);
 bool ca_light_area_emission(const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
                             ca_light_emission *emission);
+void ca_light_area_start(const ca_light *light, ca_vec2 u_position, ca_light_emission *emission);
+bool ca_light_area_towards(ca_vec3 direction, ca_light_emission *emission);
 ca_light_hit ca_light_area_hit(const ca_light *light, ca_vec3 reference, const ca_surface *surface,
                                ca_vec3 direction);
 ca_rgb ca_light_area_radiance(const ca_light *light, const ca_surface *surface, ca_vec3 direction);
@@ -25,10 +27,12 @@ float ca_light_beam_next_event_ratio(const ca_light *light);
 void ca_light_point_prepare(ca_light *light);
 bool ca_light_point_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
 bool ca_light_point_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission);
+bool ca_light_point_towards(const ca_light *light, ca_vec3 direction, ca_light_emission *emission);
 
 void ca_light_spot_prepare(ca_light *light);
 bool ca_light_spot_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);
 bool ca_light_spot_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission);
+bool ca_light_spot_towards(const ca_light *light, ca_vec3 direction, ca_light_emission *emission);
 
 ca_status ca_light_projector_prepare(ca_light *light, ca_error *error);
 bool ca_light_projector_direct(const ca_light *light, ca_vec3 reference, ca_light_direct *direct);

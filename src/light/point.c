@@ -18,8 +18,13 @@ bool ca_light_point_direct(const ca_light *light, ca_vec3 reference, ca_light_di
 
 bool ca_light_point_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission)
 {
+    return ca_light_point_towards(light, ca_warp_sphere(u_direction), emission);
+}
+
+bool ca_light_point_towards(const ca_light *light, ca_vec3 direction, ca_light_emission *emission)
+{
     *emission = (ca_light_emission){.origin = light->as.point.position,
-                                    .direction = ca_warp_sphere(u_direction),
+                                    .direction = direction,
                                     .radiance = light->as.point.intensity,
                                     .pdf_position = {1.0f},
                                     .pdf_direction = {CA_INV_FOUR_PI},

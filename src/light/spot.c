@@ -93,16 +93,27 @@ bool ca_light_spot_direct(const ca_light *light, ca_vec3 reference, ca_light_dir
     return true;
 }
 
-bool ca_light_spot_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission)
+/* `local`: the direction in the light's frame. */
+static bool emit(const ca_light *light, ca_vec3 direction, ca_vec3 local, ca_light_emission *emission)
 {
-    const ca_vec3 local = ca_warp_cone(u_direction, one_minus_cos(light->as.spot.cutoff));
     const ca_rgb intensity = intensity_towards(light, local);
     if (ca_rgb_is_black(intensity)) return false;
     *emission = (ca_light_emission){.origin = light->as.spot.position,
-                                    .direction = ca_light_to_world(&light->as.spot.map, local),
+                                    .direction = direction,
                                     .radiance = intensity,
                                     .pdf_position = {1.0f},
                                     .pdf_direction = direction_pdf(light),
                                     .cos_light = 1.0f};
     return true;
+}
+
+bool ca_light_spot_emission(const ca_light *light, ca_vec2 u_direction, ca_light_emission *emission)
+{
+    const ca_vec3 local = ca_warp_cone(u_direction, one_minus_cos(light->as.spot.cutoff));
+    return emit(light, ca_light_to_world(&light->as.spot.map, local), local, emission);
+}
+
+bool ca_light_spot_towards(const ca_light *light, ca_vec3 direction, ca_light_emission *emission)
+{
+    return emit(light, direction, ca_light_to_local(&light->as.spot.map, direction), emission);
 }

@@ -84,6 +84,7 @@ static void read_emission(const ca_emission_guide *guide, uint32_t light, traced
     path->light_choice = (double)(guide ? ca_distribution_1d_probability(&guide->choice, light)
                                         : ca_light_choice_probability(choice, light));
     if (path->light->kind == CA_LIGHT_BEAM) path->disk_density = 1.0 / (double)path->light->as.beam.shape->area;
+    if (guide && guide->aims[light].count > 0 && !ca_light_is_infinite(path->light)) path->aim = &guide->aims[light];
     if (!ca_light_is_infinite(path->light) || path->n < 2) return;
     const double_vec point = path->facing_light[last - 1];
     const double_vec way = dv_unit(dv_sub(path->facing_camera[last], point));
@@ -280,7 +281,7 @@ static void recompute_camera_end(const traced_path *path, ca_full_path *full)
 }
 
 /* Of leaving the light towards x[n-2], per solid angle. */
-static double emission_pdf(const traced_path *path)
+static double usual_emission_pdf(const traced_path *path)
 {
     const uint32_t last = path->n - 1;
     const double_vec direction = to_camera(path, last);
@@ -298,6 +299,31 @@ static double emission_pdf(const traced_path *path)
         ca_light_sample_direct(path->light, reference, (ca_vec2){0.5f, 0.5f}, &direct);
         return (double)direct.pdf_direction.v;
     }
+}
+
+/* Of directions that a guide aims: balls that hold the light, or lie behind its surface, leave theirs to the usual
+ * ones. */
+static double emission_pdf(const traced_path *path)
+{
+    const uint32_t last = path->n - 1;
+    const double usual = usual_emission_pdf(path);
+    if (!path->aim) return usual;
+    const double_vec way = to_camera(path, last);
+    double pdf = (double)ca_distribution_1d_probability(&path->aim->parts, 0) * usual;
+    for (uint32_t i = 0; i < path->aim->count; i++) {
+        const ca_guide_ball *ball = &path->aim->balls[i];
+        const double share = (double)ca_distribution_1d_probability(&path->aim->parts, i + 1);
+        const double_vec offset = dv_sub(dv_from(ball->center), dv_from(path->points[last].position));
+        const double distance = dv_length(offset), sine = (double)ball->radius / distance;
+        const bool behind = dv_dot(offset, path->ng[last]) <= -(double)ball->radius;
+        if (sine >= 1.0 || behind) {
+            pdf += share * usual;
+            continue;
+        }
+        const double most = asin(sine), angle = acos(fmin(dv_dot(offset, way) / distance, 1.0));
+        if (angle <= most) pdf += share / (2.0 * pi * (1.0 - cos(most)));
+    }
+    return pdf;
 }
 
 /* Who asks for light at x[i]: what lies behind a surface that only reflects cannot help; the lens gets it from

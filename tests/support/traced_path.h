@@ -18,6 +18,7 @@ typedef struct traced_path {
     const ca_light *light;
     double light_choice;
     double disk_density; /* of the ray's origin, where the light is at infinity or a beam */
+    const ca_guide_aim *aim; /* NULL: directions from the light are as usual */
     const ca_technique_factors *factors; /* as the record has them; NULL: none */
     uint32_t n;
     uint32_t split;  /* vertices of the camera's side; of a merge with the merged one */
