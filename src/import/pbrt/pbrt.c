@@ -1,541 +1,15 @@
-/* The directives of a .pbrt file: transforms, attributes, objects, includes, and which reader each other one has. */
-#define _POSIX_C_SOURCE 200809L
+/* Reading a scene of pbrt: the grammar of directives (directives.h has what each does), files and their includes, and
+ * the whole. */
 #include "import/pbrt/pbrt.h"
 
 #include "base/text.h"
 #include "import/inflate.h"
-#include "import/pbrt/reader.h"
+#include "import/pbrt/directives.h"
 
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-
-/* ---- Names ----------------------------------------------------------------------------------------------------- */
-
-ca_pbrt_named *ca_pbrt_name(ca_pbrt_names *names, const char *name)
-{
-    for (size_t i = names->count; i-- > 0;)
-        if (strcmp(names->items[i].name, name) == 0) return &names->items[i];
-    return NULL;
-}
-
-ca_pbrt_named *ca_pbrt_define(ca_pbrt *p, ca_pbrt_names *names, const char *name)
-{
-    ca_pbrt_named *there = ca_pbrt_name(names, name);
-    if (!there) {
-        if (!CA_TABLE_ADD(names)) {
-            ca_import_fail_memory(p->importer, "names");
-            return NULL;
-        }
-        there = &names->items[names->count - 1];
-    }
-    *there = (ca_pbrt_named){.name = name};
-    return there;
-}
-
-void ca_pbrt_fail_name(ca_pbrt *p, const ca_location *where, const char *what, const char *name,
-                       const ca_pbrt_names *names)
-{
-    const char *nearest = NULL;
-    for (size_t i = 0; i < names->count; i++) nearest = ca_nearer_name(name, nearest, names->items[i].name);
-    ca_import_fail(p->importer, where, "there is no %s \"%s\"%s%s%s", what, name,
-                   nearest ? "; the nearest is \"" : "", nearest ? nearest : "", nearest ? "\"" : "");
-}
-
-const char *ca_pbrt_new_id(ca_pbrt *p, const char *what, const char *name)
-{
-    char number[32];
-    snprintf(number, sizeof number, "%u", ++p->next_id);
-    const size_t size = strlen(what) + (name ? strlen(name) : 0) + strlen(number) + 5;
-    char *id = ca_arena_alloc(&p->importer->document.arena, size, 1);
-    if (!id) {
-        ca_import_fail_memory(p->importer, "names");
-        return NULL;
-    }
-    snprintf(id, size, "%s %s%s%s", what, number, name ? ": " : "", name ? name : "");
-    return id;
-}
-
-const char *ca_pbrt_file(ca_pbrt *p, const char *name)
-{
-    ca_document *document = &p->importer->document;
-    const char *path = ca_document_resolve(document, document->path, name);
-    if (!path) ca_import_fail_memory(p->importer, "a file name");
-    return path;
-}
-
-/* ---- Transforms ------------------------------------------------------------------------------------------------ */
-
-static void set_transform(ca_pbrt *p, const ca_matrix *matrix)
-{
-    if (!p->state.start_is_active) return;
-    for (int i = 0; i < 16; i++)
-        if (!isfinite(matrix->m[i / 4][i % 4])) {
-            ca_import_fail(p->importer, &p->params.where, "the transform is not finite");
-            return;
-        }
-    p->state.ctm = *matrix;
-}
-
-static void apply(ca_pbrt *p, ca_matrix step)
-{
-    const ca_matrix product = ca_matrix_multiply(&p->state.ctm, &step);
-    set_transform(p, &product);
-}
-
-static void run_identity(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    const ca_matrix identity = ca_matrix_identity();
-    set_transform(p, &identity);
-}
-
-static void run_translate(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)s;
-    apply(p, ca_matrix_translate(n[0], n[1], n[2]));
-}
-
-static void run_scale(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)s;
-    apply(p, ca_matrix_scale(n[0], n[1], n[2]));
-}
-
-static void run_rotate(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)s;
-    if (n[1] == 0.0 && n[2] == 0.0 && n[3] == 0.0)
-        ca_import_fail(p->importer, &p->params.where, "Rotate needs an axis, and it is 0");
-    else
-        apply(p, ca_matrix_rotate(n[1], n[2], n[3], n[0]));
-}
-
-/* From the world to the camera. */
-static void run_look_at(ca_pbrt *p, const double *n, const char *const *s)
-{
-    ca_matrix to_world, from_world;
-    (void)s;
-    if (ca_matrix_look_at(n, n + 3, n + 6, &to_world) && ca_matrix_invert(&to_world, &from_world))
-        apply(p, from_world);
-    else
-        ca_import_fail(p->importer, &p->params.where,
-                       "LookAt needs an eye, a target and up that are not on one line");
-}
-
-/* Columns one after another. */
-static ca_matrix matrix_of(const double *n)
-{
-    ca_matrix m;
-    for (int i = 0; i < 16; i++) m.m[i % 4][i / 4] = n[i];
-    return m;
-}
-
-static void run_transform(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)s;
-    const ca_matrix m = matrix_of(n);
-    set_transform(p, &m);
-}
-
-static void run_concat(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)s;
-    apply(p, matrix_of(n));
-}
-
-static void define_system(ca_pbrt *p, const char *name, const ca_matrix *matrix)
-{
-    ca_pbrt_named *system = ca_pbrt_define(p, &p->systems, name);
-    if (system) system->matrix = *matrix;
-}
-
-static void run_coordinate_system(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    define_system(p, s[0], &p->state.ctm);
-}
-
-static void run_coordinate_transform(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    const ca_pbrt_named *system = ca_pbrt_name(&p->systems, s[0]);
-    if (system)
-        set_transform(p, &system->matrix);
-    else
-        ca_pbrt_fail_name(p, &p->params.where, "coordinate system", s[0], &p->systems);
-}
-
-/* ---- Attributes ------------------------------------------------------------------------------------------------ */
-
-static void open_state(ca_pbrt *p, ca_pbrt_open kind)
-{
-    if (p->saved.count == CA_PBRT_MAX_OPEN_STATES)
-        ca_import_fail(p->importer, &p->params.where, "more than %d blocks are open", CA_PBRT_MAX_OPEN_STATES);
-    else if (!CA_TABLE_ADD(&p->saved))
-        ca_import_fail_memory(p->importer, "attributes");
-    else
-        p->saved.items[p->saved.count - 1] =
-            (ca_pbrt_saved){.state = p->state, .kind = kind, .where = p->params.where};
-}
-
-static const char *const open_names[] = {"AttributeBegin", "TransformBegin", "ObjectBegin"};
-
-static void close_state(ca_pbrt *p, ca_pbrt_open kind)
-{
-    if (p->saved.count == 0) {
-        ca_import_fail(p->importer, &p->params.where, "%s ends nothing that was begun", p->params.what);
-        return;
-    }
-    const ca_pbrt_saved *top = &p->saved.items[p->saved.count - 1];
-    if (top->kind != kind) {
-        ca_import_fail(p->importer, &p->params.where, "%s, but the open block is the %s of line %u", p->params.what,
-                       open_names[top->kind], top->where.line);
-        return;
-    }
-    if (kind == CA_PBRT_OPEN_TRANSFORM) {
-        p->state.ctm = top->state.ctm;
-        p->state.start_is_active = top->state.start_is_active;
-    } else {
-        p->state = top->state;
-    }
-    p->saved.count--;
-}
-
-static void run_attribute_begin(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    open_state(p, CA_PBRT_OPEN_ATTRIBUTES);
-}
-
-static void run_attribute_end(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    close_state(p, CA_PBRT_OPEN_ATTRIBUTES);
-}
-
-static void run_transform_begin(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    open_state(p, CA_PBRT_OPEN_TRANSFORM);
-}
-
-static void run_transform_end(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    close_state(p, CA_PBRT_OPEN_TRANSFORM);
-}
-
-static void run_reverse(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    p->state.reverses = !p->state.reverses;
-}
-
-/* The parameter with its values in the document's arena. */
-static bool keep_preset(ca_pbrt *p, const ca_pbrt_parameter *parameter, ca_pbrt_preset *preset)
-{
-    ca_arena *arena = &p->importer->document.arena;
-    preset->parameter = *parameter;
-    if (parameter->texts) {
-        const char **texts = ca_arena_alloc(arena, parameter->count, sizeof *texts);
-        if (texts) memcpy(texts, parameter->texts, parameter->count * sizeof *texts);
-        preset->parameter.texts = texts;
-        return texts != NULL;
-    }
-    double *numbers = ca_arena_alloc(arena, parameter->count + 1, sizeof *numbers);
-    if (numbers && parameter->count > 0) memcpy(numbers, parameter->numbers, parameter->count * sizeof *numbers);
-    preset->parameter.numbers = numbers;
-    return numbers != NULL;
-}
-
-static void run_attribute(ca_pbrt *p, const double *n, const char *const *s)
-{
-    static const char *const targets[CA_PBRT_TARGET_COUNT] = {"shape", "light", "material", "medium", "texture"};
-    size_t target = 0;
-    (void)n;
-    while (target < CA_PBRT_TARGET_COUNT && strcmp(targets[target], s[0]) != 0) target++;
-    if (target == CA_PBRT_TARGET_COUNT) {
-        ca_import_fail(p->importer, &p->params.where, "Attribute \"%s\" is not known; the nearest is \"%s\"", s[0],
-                       ca_nearest_name_however_far(s[0], targets, CA_PBRT_TARGET_COUNT));
-        return;
-    }
-    for (size_t i = 0; i < p->params.list.count; i++) {
-        ca_pbrt_preset *preset = ca_arena_alloc(&p->importer->document.arena, 1, sizeof *preset);
-        if (!preset || !keep_preset(p, &p->params.list.items[i], preset)) {
-            ca_import_fail_memory(p->importer, "attributes");
-            return;
-        }
-        preset->next = p->state.presets[target];
-        p->state.presets[target] = preset;
-        p->params.list.items[i].used = true;
-    }
-}
-
-static void run_color_space(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    for (uint32_t i = 0; i < CA_PBRT_SPACE_COUNT; i++)
-        if (strcmp(ca_pbrt_space_names[i], s[0]) == 0) {
-            p->state.space = i;
-            return;
-        }
-    ca_import_fail(p->importer, &p->params.where, "ColorSpace \"%s\" is not known; the nearest is \"%s\"", s[0],
-                   ca_nearest_name_however_far(s[0], ca_pbrt_space_names, CA_PBRT_SPACE_COUNT));
-}
-
-/* ---- Materials, objects ---------------------------------------------------------------------------------------- */
-
-static void run_material(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_params_preset(&p->params, p->state.presets[CA_PBRT_FOR_MATERIALS]);
-    p->state.material = ca_pbrt_read_material(p, s[0], NULL, &p->state.is_interface);
-}
-
-static void run_make_material(ca_pbrt *p, const double *n, const char *const *s)
-{
-    bool is_interface = false;
-    (void)n;
-    ca_pbrt_params_preset(&p->params, p->state.presets[CA_PBRT_FOR_MATERIALS]);
-    const char *type = ca_pbrt_string(&p->params, "type", NULL);
-    if (!type) {
-        ca_pbrt_fail(&p->params, "type", "is missing");
-        return;
-    }
-    const char *id = ca_pbrt_read_material(p, type, s[0], &is_interface);
-    ca_pbrt_named *named = id ? ca_pbrt_define(p, &p->materials, s[0]) : NULL;
-    if (!named) return;
-    named->id = id;
-    named->flag = is_interface;
-}
-
-static void run_named_material(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    const ca_pbrt_named *named = ca_pbrt_name(&p->materials, s[0]);
-    if (!named) {
-        ca_pbrt_fail_name(p, &p->params.where, "material", s[0], &p->materials);
-        return;
-    }
-    p->state.material = named->id;
-    p->state.is_interface = named->flag;
-}
-
-static void run_texture(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_params_preset(&p->params, p->state.presets[CA_PBRT_FOR_TEXTURES]);
-    ca_pbrt_read_texture(p, s[0], s[1], s[2]);
-}
-
-static void run_shape(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_params_preset(&p->params, p->state.presets[CA_PBRT_FOR_SHAPES]);
-    ca_pbrt_read_shape(p, s[0]);
-}
-
-static void run_light(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_params_preset(&p->params, p->state.presets[CA_PBRT_FOR_LIGHTS]);
-    ca_pbrt_read_light(p, s[0]);
-}
-
-static void run_area_light(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_params_preset(&p->params, p->state.presets[CA_PBRT_FOR_LIGHTS]);
-    ca_pbrt_read_area_light(p, s[0]);
-}
-
-static void run_object_begin(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    if (p->group) {
-        ca_import_fail(p->importer, &p->params.where, "an object cannot hold another one");
-        return;
-    }
-    open_state(p, CA_PBRT_OPEN_OBJECT);
-    ca_pbrt_named *object = ca_pbrt_define(p, &p->objects, s[0]);
-    if (!object) return;
-    object->id = ca_pbrt_new_id(p, "object", s[0]);
-    if (!object->id) return;
-    p->group = ca_tree_named_object(&p->tree, NULL, "shape", "shapegroup", NULL, object->id);
-    p->group_has_shapes = false;
-}
-
-static void run_object_end(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    close_state(p, CA_PBRT_OPEN_OBJECT);
-    ca_pbrt_end_curves(p);
-    if (!ca_import_good(p->importer) || !p->group) return;
-    if (p->group_has_shapes) {
-        const char *id = ca_xml_attribute_value(p->group, "id");
-        ca_tree_append(&p->tree, ca_tree_root(&p->tree), p->group);
-        for (size_t i = 0; i < p->objects.count; i++)
-            if (strcmp(p->objects.items[i].id, id) == 0) p->objects.items[i].flag = true;
-    }
-    p->group = NULL;
-}
-
-static void run_instance(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    const ca_pbrt_named *object = ca_pbrt_name(&p->objects, s[0]);
-    if (p->group)
-        ca_import_fail(p->importer, &p->params.where, "an object cannot hold an instance");
-    else if (!object)
-        ca_pbrt_fail_name(p, &p->params.where, "object", s[0], &p->objects);
-    if (!ca_import_good(p->importer) || !object || !object->flag) return;
-    ca_xml_node *instance = ca_tree_object(&p->tree, ca_tree_root(&p->tree), "shape", "instance");
-    ca_tree_transform(&p->tree, instance, "to_world", &p->state.ctm);
-    ca_tree_ref(&p->tree, instance, NULL, object->id);
-}
-
-/* ---- Options, and what has no effect --------------------------------------------------------------------------- */
-
-static void run_camera(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_read_camera(p, s[0]);
-    if (ca_import_good(p->importer)) define_system(p, "camera", &p->camera_to_world);
-}
-
-static void run_film(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_read_film(p, s[0]);
-}
-
-static void run_filter(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_read_filter(p, s[0]);
-}
-
-static void run_sampler(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_read_sampler(p, s[0]);
-}
-
-static void run_integrator(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n;
-    ca_pbrt_read_integrator(p, s[0]);
-}
-
-/* How rays are found has no effect on the picture. */
-static void ignore_all(ca_pbrt *p)
-{
-    for (size_t i = 0; i < p->params.list.count; i++) p->params.list.items[i].used = true;
-}
-
-static void run_accelerator(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    ignore_all(p);
-}
-
-static void run_option(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    ignore_all(p);
-    ca_import_note(p->importer, &p->params.where, "Option has no effect");
-}
-
-static void run_world_begin(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    ca_pbrt_finish_options(p);
-    p->in_world = true;
-    p->state.start_is_active = true;
-    p->state.ctm = ca_matrix_identity();
-    define_system(p, "world", &p->state.ctm);
-}
-
-static void run_world_end(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    if (p->version != 3)
-        ca_import_fail(p->importer, &p->params.where,
-                       "WorldEnd belongs to version 3, and stands in the scene file itself there");
-    p->ended = true;
-}
-
-static void run_transform_times(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)p, (void)n, (void)s; /* only moving objects ask for the time */
-}
-
-static void fail_medium(ca_pbrt *p)
-{
-    ca_import_fail(p->importer, &p->params.where, "%s: media are not supported", p->params.what);
-}
-
-static void run_medium(ca_pbrt *p, const double *n, const char *const *s)
-{
-    (void)n, (void)s;
-    fail_medium(p);
-}
 
 /* ---- One directive --------------------------------------------------------------------------------------------- */
-
-typedef enum place { ANYWHERE, BEFORE_WORLD, IN_WORLD } place;
-
-typedef struct directive {
-    const char *name;
-    place place;
-    uint32_t numbers, strings;
-    bool has_parameters;
-    void (*run)(ca_pbrt *p, const double *numbers, const char *const *strings);
-} directive;
-
-enum { MAX_NUMBERS = 16, MAX_STRINGS = 3 };
-
-static const directive directives[] = {
-    {"Identity", ANYWHERE, 0, 0, false, run_identity},
-    {"Translate", ANYWHERE, 3, 0, false, run_translate},
-    {"Scale", ANYWHERE, 3, 0, false, run_scale},
-    {"Rotate", ANYWHERE, 4, 0, false, run_rotate},
-    {"LookAt", ANYWHERE, 9, 0, false, run_look_at},
-    {"Transform", ANYWHERE, 16, 0, false, run_transform},
-    {"ConcatTransform", ANYWHERE, 16, 0, false, run_concat},
-    {"CoordinateSystem", ANYWHERE, 0, 1, false, run_coordinate_system},
-    {"CoordSysTransform", ANYWHERE, 0, 1, false, run_coordinate_transform},
-    {"TransformTimes", BEFORE_WORLD, 2, 0, false, run_transform_times},
-    {"TransformBegin", ANYWHERE, 0, 0, false, run_transform_begin},
-    {"TransformEnd", ANYWHERE, 0, 0, false, run_transform_end},
-    {"AttributeBegin", ANYWHERE, 0, 0, false, run_attribute_begin},
-    {"AttributeEnd", ANYWHERE, 0, 0, false, run_attribute_end},
-    {"Attribute", ANYWHERE, 0, 1, true, run_attribute},
-    {"ColorSpace", ANYWHERE, 0, 1, false, run_color_space},
-    {"Option", BEFORE_WORLD, 0, 0, true, run_option},
-    {"Camera", BEFORE_WORLD, 0, 1, true, run_camera},
-    {"Film", BEFORE_WORLD, 0, 1, true, run_film},
-    {"PixelFilter", BEFORE_WORLD, 0, 1, true, run_filter},
-    {"Sampler", BEFORE_WORLD, 0, 1, true, run_sampler},
-    {"Integrator", BEFORE_WORLD, 0, 1, true, run_integrator},
-    {"SurfaceIntegrator", BEFORE_WORLD, 0, 1, true, run_integrator},
-    {"Accelerator", BEFORE_WORLD, 0, 1, true, run_accelerator},
-    {"WorldBegin", BEFORE_WORLD, 0, 0, false, run_world_begin},
-    {"WorldEnd", IN_WORLD, 0, 0, false, run_world_end},
-    {"ReverseOrientation", IN_WORLD, 0, 0, false, run_reverse},
-    {"Material", IN_WORLD, 0, 1, true, run_material},
-    {"MakeNamedMaterial", IN_WORLD, 0, 1, true, run_make_material},
-    {"NamedMaterial", IN_WORLD, 0, 1, false, run_named_material},
-    {"Texture", IN_WORLD, 0, 3, true, run_texture},
-    {"Shape", IN_WORLD, 0, 1, true, run_shape},
-    {"LightSource", IN_WORLD, 0, 1, true, run_light},
-    {"AreaLightSource", IN_WORLD, 0, 1, true, run_area_light},
-    {"ObjectBegin", IN_WORLD, 0, 1, false, run_object_begin},
-    {"ObjectEnd", IN_WORLD, 0, 0, false, run_object_end},
-    {"ObjectInstance", IN_WORLD, 0, 1, false, run_instance},
-    {"MakeNamedMedium", ANYWHERE, 0, 1, true, run_medium},
-};
 
 /* Those with a grammar of their own. */
 static const char *const irregular[] = {"Include", "Import", "ActiveTransform", "MediumInterface"};
@@ -602,11 +76,12 @@ static const char *call_it(ca_pbrt *p, const char *name, const char *type)
     return text ? text : name;
 }
 
-static void run_directive(ca_pbrt *p, ca_pbrt_scan *scan, const directive *d)
+static void run_directive(ca_pbrt *p, ca_pbrt_scan *scan, const ca_pbrt_directive *d)
 {
-    double numbers[MAX_NUMBERS] = {0.0};
-    const char *strings[MAX_STRINGS] = {NULL};
-    const bool wrong = (d->place == BEFORE_WORLD && p->in_world) || (d->place == IN_WORLD && !p->in_world);
+    double numbers[CA_PBRT_MAX_NUMBERS] = {0.0};
+    const char *strings[CA_PBRT_MAX_STRINGS] = {NULL};
+    const bool wrong =
+        (d->place == CA_PBRT_BEFORE_WORLD && p->in_world) || (d->place == CA_PBRT_IN_WORLD && !p->in_world);
     if (wrong || p->ended)
         ca_import_fail(p->importer, &p->params.where, "%s cannot stand %s", d->name,
                        p->ended      ? "behind WorldEnd"
@@ -651,17 +126,17 @@ static void run_medium_interface(ca_pbrt *p, ca_pbrt_scan *scan)
     const char *name;
     ca_pbrt_token token;
     if (!read_strings(p, scan, "MediumInterface", 1, &name)) return;
-    if (name[0]) fail_medium(p);
+    if (name[0]) ca_pbrt_fail_medium(p);
     if (!peek(p, scan, &token) || token.kind != CA_PBRT_STRING) return;
-    if (next(p, scan, &token) && token.text[0]) fail_medium(p);
+    if (next(p, scan, &token) && token.text[0]) ca_pbrt_fail_medium(p);
 }
 
 static void fail_directive(ca_pbrt *p, const ca_pbrt_token *token)
 {
     char word[64] = "";
-    const char *names[CA_COUNT(directives) + CA_COUNT(irregular)];
-    for (size_t i = 0; i < CA_COUNT(directives); i++) names[i] = directives[i].name;
-    for (size_t i = 0; i < CA_COUNT(irregular); i++) names[CA_COUNT(directives) + i] = irregular[i];
+    const char *names[CA_PBRT_DIRECTIVE_COUNT + CA_COUNT(irregular)];
+    for (size_t i = 0; i < CA_PBRT_DIRECTIVE_COUNT; i++) names[i] = ca_pbrt_directives[i].name;
+    for (size_t i = 0; i < CA_COUNT(irregular); i++) names[CA_PBRT_DIRECTIVE_COUNT + i] = irregular[i];
     const size_t length = token->length < sizeof word ? token->length : sizeof word - 1;
     if (token->kind != CA_PBRT_END) memcpy(word, token->text, length);
     if (token->kind == CA_PBRT_WORD)
@@ -674,9 +149,9 @@ static void fail_directive(ca_pbrt *p, const ca_pbrt_token *token)
 static void read_directive(ca_pbrt *p, ca_pbrt_scan *scan, const ca_pbrt_token *token)
 {
     p->params.where = token->where;
-    for (size_t i = 0; i < CA_COUNT(directives); i++)
-        if (ca_pbrt_is_word(token, directives[i].name)) {
-            run_directive(p, scan, &directives[i]);
+    for (size_t i = 0; i < CA_PBRT_DIRECTIVE_COUNT; i++)
+        if (ca_pbrt_is_word(token, ca_pbrt_directives[i].name)) {
+            run_directive(p, scan, &ca_pbrt_directives[i]);
             return;
         }
     p->params.what = "MediumInterface";
@@ -693,6 +168,14 @@ static void read_directive(ca_pbrt *p, ca_pbrt_scan *scan, const ca_pbrt_token *
 }
 
 /* ---- Files ----------------------------------------------------------------------------------------------------- */
+
+const char *ca_pbrt_file(ca_pbrt *p, const char *name)
+{
+    ca_document *document = &p->importer->document;
+    const char *path = ca_document_resolve(document, document->path, name);
+    if (!path) ca_import_fail_memory(p->importer, "a file name");
+    return path;
+}
 
 static void read_text(ca_pbrt *p, const char *file, const char *text, size_t size)
 {
@@ -746,7 +229,7 @@ static void read_scene(ca_pbrt *p, const char *text, size_t size)
     ca_pbrt_end_curves(p);
     if (ca_import_good(p->importer) && p->saved.count > 0) {
         const ca_pbrt_saved *open = &p->saved.items[p->saved.count - 1];
-        ca_import_fail(p->importer, &open->where, "%s has no end", open_names[open->kind]);
+        ca_import_fail(p->importer, &open->where, "%s has no end", ca_pbrt_open_names[open->kind]);
     }
     if (!p->in_world) ca_import_fail(p->importer, &start, "the scene has no WorldBegin");
     ca_tree_end(&p->tree);

@@ -124,7 +124,7 @@ typedef struct ca_pbrt {
     size_t text_bytes;
 } ca_pbrt;
 
-/* ---- Names ----------------------------------------------------------------------------------------------------- */
+/* ---- Names (names.c), files (pbrt.c) --------------------------------------------------------------------------- */
 
 /* The latest of that name; NULL where there is none. */
 ca_pbrt_named *ca_pbrt_name(ca_pbrt_names *names, const char *name);
