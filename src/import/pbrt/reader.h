@@ -189,7 +189,7 @@ ca_xml_node *ca_pbrt_add_bitmap(ca_pbrt *p, ca_xml_node *parent, const char *nam
 /* The material of a type from the directive's parameters, as a new object of the tree; its id, NULL after failing. */
 const char *ca_pbrt_read_material(ca_pbrt *p, const char *type, const char *name, bool *is_interface);
 
-/* ---- Shapes (shapes.c, meshes.c) ------------------------------------------------------------------------------- */
+/* ---- Shapes (shapes.h; meshes.c) ------------------------------------------------------------------------------- */
 
 void ca_pbrt_read_shape(ca_pbrt *p, const char *type);
 /* Takes triangles from the budget of made ones; false after failing. */
