@@ -1,46 +1,17 @@
-/* Renders that are kept in files and go on from them, and parts of renders, of every integrator: the bits of one
- * render; every setting that may not change refused by name; files that are damaged, foreign or in use. */
+/* Renders that go on from checkpoints, of every integrator: the bits of one render; every setting that may not change
+ * refused by name. */
 #define _POSIX_C_SOURCE 200809L
 #include "base/clock.h"
-#include "base/file.h"
-#include "film/part_stream.h"
-#include "film/pass_part.h"
 #include "integrator/integrator.h"
 #include "render/checkpoint.h"
-#include "support/named_layer.h"
+#include "support/kept_render.h"
 #include "support/scene_text.h"
-#include "support/small_render.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <cmocka.h>
-
-static bool is_there(const char *name) { return access(file(name), F_OK) == 0; }
-
-static ca_render_settings kept(const char *integrator, uint32_t samples, uint32_t threads)
-{
-    ca_render_settings s = settings_of(integrator, samples, threads);
-    s.checkpoint_path = file("c.part");
-    s.resume = true;
-    return s;
-}
-
 /* ---- Going on -------------------------------------------------------------------------------------------------- */
-
-/* Pilots trace their light paths again where a render goes on or is made in parts. */
-static void expect_same_totals(const ca_render_statistics *a, const ca_render_statistics *b)
-{
-    assert_true(a->iterations == b->iterations && a->samples_per_pixel == b->samples_per_pixel);
-    assert_true(a->camera_paths == b->camera_paths && a->light_paths <= b->light_paths);
-    assert_true(a->noise_percent == b->noise_percent || isnan(a->noise_percent));
-}
 
 /* Three runs of one line, each to more samples, with other threads: the bits of one run. */
 static void test_every_integrator_goes_on(void **state)
@@ -139,15 +110,6 @@ static void test_replicates_go_on(void **state)
     }
 }
 
-typedef struct ending {
-    uint32_t at;
-} ending;
-
-static bool end_at(const ca_render_progress *progress, void *user)
-{
-    return progress->passes_done < ((const ending *)user)->at;
-}
-
 /* Interrupted at any pass, inside of replicates, too; then on to the end. */
 static void test_interrupted_anywhere(void **state)
 {
@@ -238,17 +200,6 @@ static void test_auto_goes_on(void **state)
 }
 
 /* ---- What is refused ------------------------------------------------------------------------------------------- */
-
-static void refuse_on(const ca_scene *of, const ca_render_settings *settings, ca_status expected, const char *words)
-{
-    ca_image_layers *image;
-    ca_error error = {""};
-    const ca_status status = ca_render(of, settings, &image, NULL, &error);
-    if (status != expected) fail_msg("%s: status %d: %s", words, (int)status, error.message);
-    assert_null(image);
-    if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
-    assert_false(is_there("c.part.lock"));
-}
 
 #define REFUSED(words, ...)                                                                                          \
     do {                                                                                                             \
@@ -415,309 +366,6 @@ static void test_when_it_is_due(void **state)
     assert_false(ca_checkpoint_is_due(&c, &s, 601.0) || ca_checkpoint_is_wanted(&c, &s, true));
 }
 
-/* ---- Files ----------------------------------------------------------------------------------------------------- */
-
-static ca_bytes read_all(const char *name)
-{
-    ca_bytes bytes;
-    assert_int_equal(ca_file_read(file(name), "file", 1 << 24, &bytes, NULL), CA_OK);
-    return bytes;
-}
-
-static void write_all(const char *name, const unsigned char *data, size_t size)
-{
-    FILE *stream = fopen(file(name), "wb");
-    assert_non_null(stream);
-    assert_int_equal(fwrite(data, 1, size, stream), size);
-    assert_int_equal(fclose(stream), 0);
-}
-
-static void expect_format_error(const char *words)
-{
-    const ca_render_settings s = kept("path", 4, 1);
-    ca_image_layers *image;
-    ca_error error = {""};
-    const char *path = file("c.part");
-    refuse_on(scene, &s, CA_ERROR_FORMAT, words);
-    assert_int_equal(ca_merge_parts(&path, 1, NULL, &image, NULL, &error), CA_ERROR_FORMAT);
-    assert_null(image);
-}
-
-static void test_damaged_files(void **state)
-{
-    (void)state;
-    unlink(file("c.part"));
-    const ca_render_settings s = kept("path", 2, 1);
-    const uint64_t hash = render(&s, NULL);
-    ca_bytes bytes = read_all("c.part");
-    for (size_t size = 0; size < bytes.size; size += size < 16 ? 1 : size < 600 ? 13 : 9001) {
-        write_all("c.part", bytes.data, size);
-        expect_format_error(size == 0 ? "not a part file" : size < 8 ? "" : "cut off");
-    }
-    for (size_t at = 0; at < bytes.size; at += at < 700 ? 7 : 2977) {
-        bytes.data[at] ^= 0x10;
-        write_all("c.part", bytes.data, bytes.size);
-        expect_format_error("");
-        bytes.data[at] ^= 0x10;
-    }
-    bytes.data[8] = 9; /* the number of the format */
-    write_all("c.part", bytes.data, bytes.size);
-    expect_format_error("of format 9");
-    bytes.data[8] = CA_PASS_PART_FORMAT;
-    write_all("c.part", bytes.data, bytes.size);
-    assert_true(render(&s, NULL) == hash);
-    ca_bytes_destroy(&bytes);
-    const ca_render_settings blocks = kept("qmcppm", 2, 1);
-    refuse_on(scene, &blocks, CA_ERROR_FORMAT, "a part file of passes, not of blocks");
-    write_all("c.part", (const unsigned char *)"<scene/>", 8);
-    expect_format_error("not a part file");
-}
-
-/* One that cannot be written is told, and does not keep the image from being made. */
-static bool note_failure(const ca_render_progress *progress, void *user)
-{
-    assert_non_null(progress->checkpoint_failure);
-    return ++*(int *)user < 3;
-}
-
-static void test_a_checkpoint_that_cannot_be_written(void **state)
-{
-    (void)state;
-    int failures = 0;
-    assert_int_equal(mkdir(file("gone"), 0700), 0);
-    ca_render_settings s = kept("path", 0, 1);
-    s.checkpoint_path = file("gone/c.part");
-    s.checkpoint_seconds = 1e-9;
-    s.checkpoint_if_long = true; /* nothing is made before it is due */
-    s.seconds = 1e9;
-    s.progress = note_failure;
-    s.progress_user = &failures;
-    assert_int_equal(rmdir(file("gone")), 0);
-    ca_image_layers *image;
-    ca_error error = {""};
-    assert_int_equal(ca_render(scene, &s, &image, NULL, &error), CA_ERROR_FILE);
-    assert_non_null(image);
-    if (!strstr(error.message, "gone/c.part")) fail_msg("%s", error.message);
-    assert_int_equal(failures, 3);
-    ca_image_release(image);
-}
-
-/* After the second pass, checkpoints have no place any more. */
-static bool take_folder_away(const ca_render_progress *progress, void *user)
-{
-    ca_error *failure = user;
-    if (progress->checkpoint_failure)
-        snprintf(failure->message, sizeof failure->message, "%s", progress->checkpoint_failure);
-    if (progress->passes_done == 2) assert_int_equal(rename(file("gone"), file("away")), 0);
-    return true;
-}
-
-/* One that nobody asked for is of no use to a whole picture: the caller is told of it while it renders, and that is
- * all. One that was asked for is a failure. */
-static void test_a_checkpoint_that_nobody_asked_for(void **state)
-{
-    (void)state;
-    static const char *const integrators[] = {"path", "qmcppm:radius=0.1"};
-    for (int i = 0; i < 4; i++) {
-        ca_render_statistics statistics = {.size = sizeof statistics};
-        ca_error failure = {""}, error = {""};
-        ca_image_layers *image;
-        assert_int_equal(mkdir(file("gone"), 0700), 0);
-        ca_render_settings s = kept(integrators[i % 2], 1, 1);
-        s.checkpoint_path = file("gone/c.part");
-        render(&s, NULL);
-        s.samples_per_pixel = 4;
-        s.checkpoint_seconds = 1e-9;
-        s.checkpoint_if_long = i < 2;
-        s.progress = take_folder_away;
-        s.progress_user = &failure;
-        const ca_status expected = s.checkpoint_if_long ? CA_OK : CA_ERROR_FILE;
-        if (ca_render(scene, &s, &image, &statistics, &error) != expected) fail_msg("%s", error.message);
-        assert_non_null(strstr(s.checkpoint_if_long ? failure.message : error.message, "gone/c.part"));
-        assert_true(statistics.keeps_checkpoint && !statistics.interrupted && statistics.samples_per_pixel == 4.0);
-        ca_image_release(image);
-        unlink(file("away/c.part"));
-        unlink(file("away/c.part.lock"));
-        assert_int_equal(rmdir(file("away")), 0);
-    }
-}
-
-static ca_status write_without_sync(void *user, const char *path, ca_error *error)
-{
-    write_all("c.part", (const unsigned char *)"whole", 5);
-    return ++*(int *)user > 1 ? CA_OK : ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot sync its folder", path);
-}
-
-/* The file is in its place although writing it failed: it is this render's, and the next write replaces it. */
-static void test_a_failed_sync_is_not_the_last_write(void **state)
-{
-    (void)state;
-    int writes = 0;
-    unlink(file("c.part"));
-    ca_render_settings s = kept("path", 2, 1);
-    ca_checkpoint c;
-    s.resume = false;
-    assert_int_equal(ca_checkpoint_start(&c, &s, NULL), CA_OK);
-    ca_checkpoint_write(&c, write_without_sync, &writes);
-    assert_non_null(strstr(ca_checkpoint_failure(&c), "cannot sync"));
-    ca_checkpoint_write(&c, write_without_sync, &writes);
-    if (ca_checkpoint_failure(&c)) fail_msg("%s", ca_checkpoint_failure(&c));
-    assert_int_equal(writes, 2);
-    ca_checkpoint_end(&c);
-    unlink(file("c.part"));
-}
-
-/* ---- Parts ----------------------------------------------------------------------------------------------------- */
-
-static const char *render_part(const char *integrator, uint64_t begin, uint64_t end, uint32_t threads,
-                               const char *name)
-{
-    ca_render_settings s = settings_of(integrator, 0, threads);
-    s.has_passes = true;
-    s.passes[0] = begin;
-    s.passes[1] = end;
-    s.part_path = file(name);
-    render(&s, NULL);
-    return file(name);
-}
-
-static uint64_t merge(const char *const *paths, size_t count, const char *part, ca_render_statistics *statistics)
-{
-    ca_image_layers *image;
-    ca_error error = {""};
-    if (ca_merge_parts(paths, count, part, &image, statistics, &error) != CA_OK) fail_msg("%s", error.message);
-    const uint64_t hash = image_hash(image);
-    ca_image_release(image);
-    return hash;
-}
-
-/* In any order, with any threads, in one step or in two that leave a gap. */
-static void test_parts_of_every_integrator(void **state)
-{
-    (void)state;
-    for (size_t i = 0; integrator_at(i); i++) {
-        const char *name = integrator_at(i), *part[3];
-        if (chooses(i) || ca_integrator_at(i)->begin_block) continue;
-        ca_render_statistics one = {.size = sizeof one}, merged = {.size = sizeof merged};
-        const ca_render_settings all = settings_of(name, 5, 2);
-        const uint64_t hash = render(&all, &one);
-        part[0] = render_part(name, 0, 2, 1, "0.part");
-        part[1] = render_part(name, 2, 3, 3, "1.part");
-        part[2] = render_part(name, 3, 5, 2, "2.part");
-        static const int orders[3][3] = {{0, 1, 2}, {2, 1, 0}, {1, 2, 0}};
-        for (int o = 0; o < 3; o++) {
-            const char *paths[3] = {part[orders[o][0]], part[orders[o][1]], part[orders[o][2]]};
-            if (merge(paths, 3, NULL, &merged) != hash) fail_msg("%s: another image", name);
-            expect_same_totals(&one, &merged);
-        }
-        const char *const outer[2] = {part[2], part[0]}, *const both = file("both.part");
-        assert_int_equal(ca_merge_parts(outer, 2, both, NULL, NULL, NULL), CA_OK);
-        const char *const all_parts[2] = {both, part[1]};
-        assert_true(merge(all_parts, 2, file("all.part"), &merged) == hash);
-        assert_true(merged.passes[0] == 0 && merged.passes[1] == 5);
-    }
-}
-
-static void expect_no_merge(const char *a, const char *b, bool wants_image, const char *words)
-{
-    const char *const paths[2] = {a, b};
-    ca_image_layers *image = NULL;
-    ca_error error = {""};
-    const char *out = file("out.part");
-    assert_int_equal(ca_merge_parts(paths, 2, out, wants_image ? &image : NULL, NULL, &error), CA_ERROR_ARGUMENT);
-    assert_null(image);
-    assert_false(is_there("out.part"));
-    if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
-}
-
-/* A whole file whose settings say something else, as one of another version would. */
-static void change_setting(const char *name, const char *from, const char *to)
-{
-    ca_pass_reader reader;
-    ca_film film;
-    ca_error error;
-    assert_int_equal(ca_pass_reader_open(&reader, file(name), &error), CA_OK);
-    assert_int_equal(ca_pass_film_create(&film, &reader.film, &error), CA_OK);
-    assert_int_equal(ca_pass_reader_add(&reader, &film, true, &error), CA_OK);
-    char settings[4096];
-    const char *at = strstr(reader.part.settings, from);
-    assert_non_null(at);
-    snprintf(settings, sizeof settings, "%.*s%s%s", (int)(at - reader.part.settings), reader.part.settings, to,
-             at + strlen(from));
-    ca_pass_part part = reader.part;
-    part.settings = settings;
-    assert_int_equal(ca_pass_part_write(&part, &film, file("changed.part"), &error), CA_OK);
-    ca_film_destroy(&film);
-    ca_pass_reader_close(&reader);
-}
-
-/* The setting is named, and the file; and nothing is written. */
-static void test_settings_of_another_version(void **state)
-{
-    (void)state;
-    static const char *const changes[][3] = {
-        {"integrator path\n", "integrator pathos\n", "integrator"},
-        {"integrator path\n", "integrator auto\n", "integrator"},
-        {"\nrr_depth 3\n", "\nrr_depht 3\n", "rr_depth"},
-        {"\nrr_depth 3\n", "\nrr_depth 2.5\n", "rr_depth"},
-        {"\nsamples_per_pass 1\n", "\nsamples_per_pass one\n", "samples_per_pass"},
-        {"\nsamples_per_pass 1\n", "\nsamples_per_pass 0\n", "samples_per_pass"},
-        {"\nsamples_per_pass 1\n", "\n", "samples_per_pass"},
-    };
-    const char *const path = file("changed.part");
-    unlink(file("sum.part"));
-    render_part("path", 0, 2, 1, "whole.part");
-    for (size_t i = 0; i < sizeof changes / sizeof changes[0]; i++) {
-        ca_error error = {""};
-        char words[128];
-        change_setting("whole.part", changes[i][0], changes[i][1]);
-        assert_int_equal(ca_merge_parts(&path, 1, file("sum.part"), NULL, NULL, &error), CA_ERROR_FORMAT);
-        snprintf(words, sizeof words, "changed.part: what it tells of the setting \"%s\" makes no sense",
-                 changes[i][2]);
-        if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
-        assert_non_null(strstr(error.message, ca_version()));
-        assert_false(is_there("sum.part"));
-    }
-}
-
-static void test_parts_that_do_not_fit(void **state)
-{
-    (void)state;
-    const char *const a = render_part("path", 0, 2, 1, "a.part");
-    const char *const b = render_part("path", 1, 3, 1, "b.part");
-    expect_no_merge(a, b, false, "a.part with the passes 0:2 and");
-    expect_no_merge(a, a, false, "overlap");
-    expect_no_merge(a, render_part("path", 4, 5, 1, "d.part"), true, "the passes 2:4 between");
-    expect_no_merge(b, render_part("path", 3, 4, 1, "d.part"), true, "begins at pass 1");
-    expect_no_merge(a, render_part("bdpt", 2, 3, 1, "c.part"), false, "differ in their integrator");
-    expect_no_merge(a, render_part("path:rr_depth=9", 2, 3, 1, "c.part"), false,
-                    "differ in their rr_depth: \"rr_depth 3\" and \"rr_depth 9\"");
-    /* One that was ended inside of a replicate of four passes is whole in itself, but adds up with none. */
-    ending e = {5};
-    ca_render_settings s = settings_of("path", 12, 1);
-    s.replicates = 3;
-    s.part_path = file("open.part");
-    s.progress = end_at;
-    s.progress_user = &e;
-    const uint64_t open = render(&s, NULL);
-    assert_true(merge(&s.part_path, 1, NULL, NULL) == open);
-    s.progress = NULL;
-    s.has_passes = true;
-    s.passes[0] = 8;
-    s.passes[1] = 12;
-    s.part_path = file("closed.part");
-    render(&s, NULL);
-    expect_no_merge(file("open.part"), s.part_path, false, "ends in the middle of a replicate of 4 passes");
-    s = settings_of("path", 2, 1);
-    s.part_path = file("q.part");
-    s.integrator = "qmcppm";
-    render(&s, NULL);
-    const char *const paths[2] = {a, s.part_path};
-    ca_error error = {""};
-    assert_int_equal(ca_merge_parts(paths, 2, NULL, NULL, NULL, &error), CA_ERROR_FORMAT);
-    assert_non_null(strstr(error.message, "q.part: a part file of blocks, not of passes"));
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -734,13 +382,6 @@ int main(void)
         cmocka_unit_test(test_other_sensors_are_refused),
         cmocka_unit_test(test_one_job_at_a_time),
         cmocka_unit_test(test_when_it_is_due),
-        cmocka_unit_test(test_damaged_files),
-        cmocka_unit_test(test_settings_of_another_version),
-        cmocka_unit_test(test_a_checkpoint_that_cannot_be_written),
-        cmocka_unit_test(test_a_checkpoint_that_nobody_asked_for),
-        cmocka_unit_test(test_a_failed_sync_is_not_the_last_write),
-        cmocka_unit_test(test_parts_of_every_integrator),
-        cmocka_unit_test(test_parts_that_do_not_fit),
     };
     return cmocka_run_group_tests(tests, begin_small_renders, end_small_renders);
 }
