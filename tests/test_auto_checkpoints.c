@@ -506,6 +506,39 @@ static void test_counts(void **state)
     assert_true(whole.noise_percent == again.noise_percent && whole.merges == again.merges);
 }
 
+/* ---- A choice that was not finished ---------------------------------------------------------------------------- */
+
+static bool end_at_once(const ca_render_progress *progress, void *user)
+{
+    (void)progress, (void)user;
+    return false;
+}
+
+/* Ended while the method is chosen: there is a picture, and it says of what, but nothing to go on from, so that the
+ * next render chooses. */
+static void test_unfinished_choice_is_not_kept(void **state)
+{
+    (void)state;
+    static const char *const rays[] = {NULL, "auto"};
+    for (size_t i = 0; i < 2; i++) {
+        ca_render_statistics first = {.size = sizeof first}, next = {.size = sizeof next};
+        unlink(file("c.part"));
+        ca_render_settings s = kept("auto", 64, 1);
+        s.light_paths = 0;
+        s.rays = rays[i];
+        s.checkpoint_seconds = 1e-9;
+        s.progress = end_at_once;
+        render(&s, &first);
+        assert_true(first.interrupted && first.iterations == 1 && !first.keeps_checkpoint);
+        assert_true(access(file("c.part"), F_OK) != 0);
+        assert_non_null(strstr(first.method.reason, "auto: vavcm with "));
+        assert_non_null(strstr(first.method.reason, ", untried: the choice was interrupted"));
+        s.progress = NULL;
+        render(&s, &next);
+        assert_true(next.passes_resumed == 0 && next.method.trial_count > 0 && next.keeps_checkpoint);
+    }
+}
+
 /* ---- What is refused ------------------------------------------------------------------------------------------- */
 
 #define REFUSED(words, ...)                                                                                          \
@@ -632,7 +665,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_goes_on_from_anywhere),      cmocka_unit_test(test_connected_goes_on_from_anywhere),
         cmocka_unit_test(test_chosen_method_goes_on),      cmocka_unit_test(test_stopped_anywhere),
-        cmocka_unit_test(test_stopped_within),
+        cmocka_unit_test(test_stopped_within),             cmocka_unit_test(test_unfinished_choice_is_not_kept),
         cmocka_unit_test(test_more_samples),               cmocka_unit_test(test_all_is_kept),
         cmocka_unit_test(test_connected_estimates_are_kept),
         cmocka_unit_test(test_time_and_noise),             cmocka_unit_test(test_counts),

@@ -496,6 +496,21 @@ static const ca_method finder = {.type = &ca_integrator_vavcm};
 
 ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error) { return use(plan, &finder, NULL, error); }
 
+/* Of a choice that ended before any trial told something. */
+static ca_status use_untried(chooser *c, ca_error *error)
+{
+    ca_render_plan *plan = c->plan;
+    char method[192];
+    CA_TRY(use(plan, &finder, &c->radii, error));
+    const ca_tried_method untried = {.name = finder.type->name,
+                                     .light_paths = ca_method_light_paths(&finder, plan),
+                                     .guided = ca_integrator_value(plan->type, &plan->input, "guide", 0.0) != 0.0};
+    write_method(plan, &untried, method, sizeof method);
+    snprintf(plan->method.reason, sizeof plan->method.reason, "auto: %s, untried: the choice was interrupted",
+             method);
+    return CA_OK;
+}
+
 static ca_status choose(chooser *c, ca_error *error)
 {
     CA_TRY(run_pilots(c, error));
@@ -504,7 +519,7 @@ static ca_status choose(chooser *c, ca_error *error)
     CA_TRY(run_rounds(c, error));
     c->plan->ended = c->ended;
     c->plan->method.seconds = seconds_so_far(c);
-    if (c->scored == 0) return use(c->plan, &finder, &c->radii, error);
+    if (c->scored == 0) return use_untried(c, error);
     const uint32_t best = ca_method_best(c->scores, c->scored);
     note_trials(c);
     CA_TRY(use(c->plan, &c->methods[best], &c->radii, error));

@@ -126,8 +126,13 @@ static double whole_seconds(const ca_pass_render *r)
     return plan->open_ended ? limit : fmin(limit, r->seconds / r->passes * passes_planned(plan));
 }
 
+/* The one pass of a render that was ended while its method was chosen is not worth going on from: the choice would
+ * stay as it is. */
+static bool may_keep(const ca_pass_render *r) { return r->passes > 0 && !r->plan->ended; }
+
 static void keep(ca_pass_render *r)
 {
+    if (!may_keep(r)) return;
     ca_checkpoint_keep(&r->kept.checkpoint, r->plan->settings, whole_seconds(r), ca_pass_loop_write, r);
 }
 
@@ -246,6 +251,7 @@ ca_status ca_pass_loop_run(ca_pass_render *r, ca_error *error)
     ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;
     const bool early = r->interrupted || status != CA_OK;
-    if (r->passes > 0) ca_checkpoint_keep_last(&r->kept.checkpoint, r->plan->settings, early, ca_pass_loop_write, r);
+    if (may_keep(r))
+        ca_checkpoint_keep_last(&r->kept.checkpoint, r->plan->settings, early, ca_pass_loop_write, r);
     return status == CA_ERROR_INTERRUPTED && r->passes > 0 ? CA_OK : status;
 }

@@ -30,7 +30,7 @@ typedef struct ca_render_plan {
     ca_rays_source rays;
     ca_method_statistics method; /* of integrator `auto`, once its method is chosen */
     char *asked;                 /* owned while ca_render_plan_run runs: the settings before that; NULL: not `auto` */
-    bool ended; /* the caller has ended the render while that was chosen: one pass is made */
+    bool ended; /* the caller has ended the render while that was chosen: one pass is made, and not kept */
     ca_ray_objective objective; /* of CA_RAYS_AUTO */
     uint32_t first_pass; /* > 0: of a part that begins there */
     uint32_t pass_limit; /* the number of the pass to end before */
