@@ -87,9 +87,39 @@ static void test_noise_at_the_end(void **state)
     assert_true(ca_progress_noise_at_end(&then) < 0.0);
 }
 
+/* A render by time or noise that ends with neither has had all passes that there are. */
+static void test_ran_out_of_passes(void **state)
+{
+    (void)state;
+    const ca_render_settings noise = {.noise_percent = 1.0}, time = {.seconds = 60.0};
+    const ca_render_settings both = {.seconds = 60.0, .noise_percent = 1.0};
+    const ca_render_settings samples = {.samples_per_pixel = 4, .seconds = 60.0};
+    const ca_render_settings passes = {.has_passes = true, .passes = {0, 4}, .seconds = 60.0};
+    const ca_render_statistics early = {.seconds = 40.0, .noise_percent = 3.0}, none = {.noise_percent = -1.0};
+    const ca_render_statistics late = {.seconds = 60.0, .noise_percent = 3.0};
+    const ca_render_statistics quiet = {.seconds = 40.0, .noise_percent = 0.9};
+    ca_render_statistics other = early;
+    assert_true(ca_progress_ran_out_of_passes(&noise, &early) && ca_progress_ran_out_of_passes(&noise, &late));
+    assert_true(ca_progress_ran_out_of_passes(&time, &early) && ca_progress_ran_out_of_passes(&time, &quiet));
+    assert_true(ca_progress_ran_out_of_passes(&both, &early));
+    assert_false(ca_progress_ran_out_of_passes(&noise, &quiet) || ca_progress_ran_out_of_passes(&noise, &none));
+    assert_false(ca_progress_ran_out_of_passes(&time, &late));
+    assert_false(ca_progress_ran_out_of_passes(&both, &late) || ca_progress_ran_out_of_passes(&both, &quiet));
+    assert_false(ca_progress_ran_out_of_passes(&samples, &early) || ca_progress_ran_out_of_passes(&passes, &early));
+    other.interrupted = true;
+    assert_false(ca_progress_ran_out_of_passes(&noise, &other));
+    other.interrupted = false;
+    other.blocks[1] = 4;
+    assert_false(ca_progress_ran_out_of_passes(&time, &other));
+    other.blocks[1] = 0;
+    other.numbers_of_rays.pilot_seconds = 0.1;
+    assert_false(ca_progress_ran_out_of_passes(&noise, &other));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_fraction_and_time),
-                                       cmocka_unit_test(test_noise_at_the_end)};
+                                       cmocka_unit_test(test_noise_at_the_end),
+                                       cmocka_unit_test(test_ran_out_of_passes)};
     return cmocka_run_group_tests_name("progress", tests, NULL, NULL);
 }

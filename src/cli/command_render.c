@@ -8,6 +8,7 @@
 #include "cli/say.h"
 #include "cli/signals.h"
 #include "image/layers.h"
+#include "render/progress.h"
 #include "scene/scene.h"
 
 #include <math.h>
@@ -115,6 +116,23 @@ static void warn_given_up(const ca_render_options *o, const ca_scene *scene, con
            s->samples_per_pixel, ca_noun(s->samples_per_pixel, "sample", "samples"), o->settings.noise_percent);
 }
 
+static void warn_ran_out_of_passes(const ca_render_options *o, const ca_render_statistics *s)
+{
+    char reached[64], asked[64];
+    if (!ca_progress_ran_out_of_passes(&o->settings, s)) return;
+    if (o->has_noise) {
+        snprintf(reached, sizeof reached, "a noise of %.3g %%", s->noise_percent);
+        snprintf(asked, sizeof asked, "--noise %.4g", o->settings.noise_percent);
+    } else {
+        snprintf(reached, sizeof reached, "%.3g s", s->seconds);
+        snprintf(asked, sizeof asked, "--time %.4g", o->settings.seconds);
+    }
+    ca_say(stderr,
+           "caustica: warning: the render ended at %s, before %s: %llu passes are the most that it can have; where "
+           "the method has --camera-paths, more of them make a pass less noisy\n",
+           reached, asked, (unsigned long long)s->iterations);
+}
+
 /* Does a part end where the others cannot go on? */
 static void warn_of_torn_replicate(const ca_render_options *o, const ca_scene *scene, const ca_render_statistics *s)
 {
@@ -185,6 +203,7 @@ static ca_status render_scene(const ca_render_options *o, const ca_scene *scene,
     ca_outputs_warn(&statistics);
     if (status == CA_OK) {
         warn_given_up(o, scene, &statistics);
+        warn_ran_out_of_passes(o, &statistics);
         warn_of_torn_replicate(o, scene, &statistics);
         if (image) ca_layer_choice_warn(&o->layers, image);
         if (!o->quiet) print_summary(o, image, &statistics);
