@@ -153,7 +153,7 @@ static const usage_case usage_cases[] = {
      "--crop: \"4294967296\" is too large: the largest is 4294967295"},
     {{"render", "ball.xml", "--crop", "0,0,4294967296x,8"}, "is not a region x0,y0,x1,y1"},
     {{"render", "ball.xml", "--noise", "0"}, "--noise: \"0\""},
-    {{"render", "ball.xml", "--seed", "-1"}, "--seed: \"-1\""},
+    {{"render", "ball.xml", "--seed", "-1"}, "--seed: \"-1\" is not a whole number from 0 to 2^64 - 1"},
     {{"render", "ball.xml", "--max-depth", "-2"}, "--max-depth: \"-2\""},
     {{"render", "ball.xml", "--resolution", "10"}, "--resolution: \"10\""},
     {{"render", "ball.xml", "--resolution", "10x0"}, "--resolution: \"10x0\""},

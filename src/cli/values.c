@@ -63,7 +63,7 @@ ca_status ca_value_seed(const char *text, uint64_t *value, ca_error *error)
 {
     const char *rest = text;
     if (!read_digits(&rest, UINT64_MAX, value) || *rest != 0)
-        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a whole number below 2^64", text);
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not a whole number from 0 to 2^64 - 1", text);
     return CA_OK;
 }
 
