@@ -203,6 +203,9 @@ typedef struct ca_render_progress {
     /* Of a render by several ranks, whose passes `snapshot` lacks until they have sent them: waits until they all
      * have, which takes up to a pass. NULL: it lacks none. Likewise only in the callback. */
     void (*gather)(const struct ca_render_progress *progress);
+    /* Where `auto` chose a method whose light will be dots, as ca_preflight warns of a method that is named; NULL:
+     * nothing of that is known. */
+    const char *method_warning;
 } ca_render_progress;
 
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */

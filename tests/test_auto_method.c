@@ -587,12 +587,14 @@ static void test_trial_of_a_small_part(void **state)
 typedef struct listener {
     uint32_t calls, end_at, told_before_choice;
     bool told;
+    char warning[CA_PREFLIGHT_WARNING_SIZE];
 } listener;
 
 static bool listen(const ca_render_progress *progress, void *user)
 {
     listener *l = user;
     if (progress->method) l->told = true;
+    if (progress->method_warning) snprintf(l->warning, sizeof l->warning, "%s", progress->method_warning);
     if (!progress->method && !progress->snapshot && progress->passes_done == 0) l->told_before_choice++;
     return ++l->calls != l->end_at;
 }
@@ -613,6 +615,30 @@ static void test_progress(void **state)
     assert_true(r.statistics.interrupted && r.statistics.iterations == 1);
     assert_true(ca_integrator_of(r.method) == &ca_integrator_vavcm);
     ca_scene_release(scene);
+}
+
+static void assert_warns_of_dots(const ca_scene *scene, const char *integrator, uint32_t samples, bool warns)
+{
+    listener l = {.calls = 0};
+    ca_render_settings settings = auto_settings(integrator, samples);
+    settings.progress = listen;
+    settings.progress_user = &l;
+    const auto_render r = render_auto(scene, &settings);
+    print_message("%s\n%s\n", r.reason, l.warning);
+    assert_true(l.told);
+    if ((strstr(l.warning, "of the light will be dots") != NULL) != warns)
+        fail_msg("%s with %u samples: \"%s\"", integrator, samples, l.warning);
+}
+
+/* Under water all light comes from merges: with a tiny radius it is dots, unless there are many light paths. These
+ * are guided: others would meet the picture's floor 50 times less often. */
+static void test_warns_of_dots(void **state)
+{
+    (void)state;
+    ca_scene *water = water_scene();
+    assert_warns_of_dots(water, "auto:radius=0.001", 4, true);
+    assert_warns_of_dots(water, "auto:radius=0.004,light_paths=100000", 4, false);
+    ca_scene_release(water);
 }
 
 /* Settings that no engine takes leave `path`, which takes them. */
@@ -668,6 +694,7 @@ int main(void)
         cmocka_unit_test(test_memory_without_rays),
         cmocka_unit_test(test_trial_of_a_small_part),
         cmocka_unit_test(test_progress),
+        cmocka_unit_test(test_warns_of_dots),
         cmocka_unit_test(test_unsupported_methods),
         cmocka_unit_test(test_check),
         cmocka_unit_test(test_out_of_memory),

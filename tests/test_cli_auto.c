@@ -64,6 +64,19 @@ static void assert_tells_settings(const json_t *stats)
     assert_null(strchr(reason, '\n'));
 }
 
+/* Once, and where nothing else is said, too. */
+static void test_warns_of_dots(void **state)
+{
+    static const char begins[] = "caustica: warning: about ";
+    ca_program_result r;
+    RUN(&r, "render", CA_SOURCE_DIR "/scenes/glass-slab/glass-slab.xml", "-i", "auto:radius=1e-6", "--spp=3",
+        "--resolution=24x16", "-o", "a.pfm", "--quiet");
+    assert_exit(&r, 0);
+    if (strncmp(r.errors, begins, strlen(begins)) != 0) fail_msg("it says: %s", r.errors);
+    assert_says(r.errors, "of the light will be dots");
+    assert_true(strchr(r.errors, '\n') == r.errors + strlen(r.errors) - 1); /* one line */
+}
+
 /* Only merges find light under the slab; a bare ball is anybody's. */
 static void test_tells_radius_and_camera_paths(void **state)
 {
@@ -221,6 +234,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_says_what_it_chose),
+        PROGRAM_TEST(test_warns_of_dots),
         PROGRAM_TEST(test_tells_radius_and_camera_paths),
         PROGRAM_TEST(test_time),
         PROGRAM_TEST(test_noise),

@@ -121,6 +121,7 @@ bool ca_live_view_report(const ca_render_progress *progress, void *user)
 {
     ca_live_view *view = user;
     tell_method(view, progress->method);
+    ca_progress_warn(&view->line, progress);
     tell_failure(view, progress->checkpoint_failure);
     save_for_signal(view, progress);
     ca_progress_draw(&view->line, progress);

@@ -1,6 +1,7 @@
 #define _DEFAULT_SOURCE
 #include "cli/progress.h"
 
+#include "cli/say.h"
 #include "cli/signals.h"
 #include "render/progress.h"
 
@@ -193,8 +194,17 @@ void ca_progress_clear(ca_progress_line *line)
     line->shown = false;
 }
 
+void ca_progress_warn(ca_progress_line *line, const ca_render_progress *progress)
+{
+    if (line->warned || !progress->method_warning) return;
+    ca_progress_clear(line);
+    ca_say(stderr, "caustica: warning: %s\n", progress->method_warning);
+    line->warned = true;
+}
+
 bool ca_progress_report(const ca_render_progress *progress, void *line)
 {
+    ca_progress_warn(line, progress);
     ca_progress_draw(line, progress);
     return !ca_signals_arrived();
 }

@@ -15,17 +15,20 @@ typedef struct ca_progress_line {
     bool plain;        /* lines, one after the other */
     bool shown;        /* is anything drawn that is to be wiped? */
     double last_drawn; /* seconds of rendering; negative: nothing yet */
+    bool warned;       /* of the method that `auto` chose */
 } ca_progress_line;
 
 /* `wanted`: false keeps it silent. */
 ca_progress_line ca_progress_start(bool wanted);
 void ca_progress_draw(ca_progress_line *line, const ca_render_progress *progress);
 void ca_progress_clear(ca_progress_line *line);
+/* Says, once and even where the line is silent, what is wrong with the method that `auto` chose. */
+void ca_progress_warn(ca_progress_line *line, const ca_render_progress *progress);
 /* While a scene is loaded (base/loading.h), in place of passes `what` is done. */
 void ca_progress_draw_loading(ca_progress_line *line, const char *what, double fraction, double seconds);
 
-/* For ca_render_settings.progress, with the line as its user: draws it; false once a signal has arrived
- * (signals.h). */
+/* For ca_render_settings.progress, with the line as its user: draws it, and warns; false once a signal has
+ * arrived (signals.h). */
 bool ca_progress_report(const ca_render_progress *progress, void *line);
 
 /* "1:02:03", "2:03" or "2.3 s". */

@@ -7,6 +7,7 @@
 #include "render/light_pilot.h"
 #include "render/method_light.h"
 #include "render/method_weights.h"
+#include "render/preflight.h"
 #include "render/shown_light.h"
 
 #include <math.h>
@@ -492,6 +493,20 @@ static ca_status use(ca_render_plan *plan, const ca_method *method, const ca_met
     return ca_render_plan_recount(plan, error);
 }
 
+/* A render with more photons a pixel, in the mean, has no dots: where its light is there are even more. */
+#define MANY_PHOTONS 4.0
+
+/* The pilot that tells is asked only where a trial has met few photons. */
+static ca_status warn_of_dots(const chooser *c, uint32_t best, ca_error *error)
+{
+    const ca_method_trial *trial = &c->trials[best];
+    const double passes = c->scores[best].passes;
+    const double photons = passes * ca_method_trial_photons(trial);
+    if (!ca_method_merges(&c->methods[best]) || c->plan->rays != CA_RAYS_OF_SETTINGS) return CA_OK;
+    if (c->ended || photons > MANY_PHOTONS) return CA_OK;
+    return ca_preflight_chosen(c->plan, passes, photons, c->plan->method_warning, error);
+}
+
 static const ca_method finder = {.type = &ca_integrator_vavcm};
 
 ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error) { return use(plan, &finder, NULL, error); }
@@ -523,6 +538,8 @@ static ca_status choose(chooser *c, ca_error *error)
     const uint32_t best = ca_method_best(c->scores, c->scored);
     note_trials(c);
     CA_TRY(use(c->plan, &c->methods[best], &c->radii, error));
+    CA_TRY(warn_of_dots(c, best, error));
+    c->plan->method.seconds = seconds_so_far(c);
     write_reason(c, best);
     return CA_OK;
 }

@@ -21,6 +21,7 @@ void ca_auto_report(ca_auto_rays *a)
         .noise_seconds = a->look_seconds,
         .checkpoint_failure = ca_checkpoint_failure(&a->kept.checkpoint),
         .method = a->plan->method.reason[0] ? a->plan->method.reason : NULL,
+        .method_warning = a->plan->method_warning[0] ? a->plan->method_warning : NULL,
         .render = a,
     };
     /* In the pilot and in a run's first iteration variances are not known, and the image cannot be joined. */

@@ -431,6 +431,12 @@ double ca_method_trial_dot_square(const ca_method_trial *trial, const double *we
     return largest[0];
 }
 
+double ca_method_trial_photons(const ca_method_trial *trial)
+{
+    const double cells = (double)ca_trial_cell_count(&trial->cells);
+    return (double)trial->workers.list[0].counters.merges / (cells * trial->iterations);
+}
+
 double ca_method_trial_blur(const ca_method_trial *trial, const ca_method_radii *radii, double passes)
 {
     if (!ca_method_merges(&trial->method)) return 0.0;

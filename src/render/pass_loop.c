@@ -29,6 +29,7 @@ static bool report_progress(ca_pass_render *r)
         .noise_passes = r->look_passes,
         .noise_seconds = r->look_seconds,
         .method = r->plan->method.reason[0] ? r->plan->method.reason : NULL,
+        .method_warning = r->plan->method_warning[0] ? r->plan->method_warning : NULL,
         /* an image needs all passes from 0 */
         .snapshot = r->plan->first_pass == 0 ? ca_render_passes_snapshot : NULL,
         .checkpoint_failure = ca_checkpoint_failure(&r->kept.checkpoint),

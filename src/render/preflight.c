@@ -1,10 +1,13 @@
 /* What can be said of a render before it is made (ca_preflight_make). */
+#include "render/preflight.h"
+
 #include "photon/radius.h"
 #include "render/light_pilot.h"
 #include "render/public_structs.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Shares of the light that are worth a warning: if it is missing; and if it is there, but all in dots. */
 #define MUCH_TO_LOSE 0.02
@@ -20,6 +23,12 @@ static CA_PRINTF(2, 3) void warn(ca_preflight *preflight, const char *format, ..
     vsnprintf(preflight->warnings[preflight->warning_count++], CA_PREFLIGHT_WARNING_SIZE, format, arguments);
     va_end(arguments);
 }
+
+/* How long a render is expected to be. */
+typedef struct render_length {
+    double iterations;
+    double photons; /* that a pixel merges in these, in the mean, at least; 0: not known */
+} render_length;
 
 /* ---- Light that is lost ---------------------------------------------------------------------------------------- */
 
@@ -50,11 +59,20 @@ static double photons_per_photon(const ca_render_plan *plan, const ca_mis_rules 
            (pilot->light_paths * pilot->merge_area);
 }
 
+/* So many times the pilot's photons those of the render are, since its light paths are guided and the pilot's are
+ * not. */
+static double gain_of_guide(const ca_light_pilot *pilot, double scale, double photons)
+{
+    const double unguided = scale * (double)pilot->counters.merges / (double)pilot->counters.camera_paths;
+    return photons > unguided ? photons / unguided : 1.0;
+}
+
 static void judge_merges(ca_preflight *preflight, const ca_render_plan *plan, const ca_mis_rules *counts,
-                         double iterations, const ca_light_pilot *pilot)
+                         const render_length *length, const ca_light_pilot *pilot)
 {
     if (counts->merge == CA_MERGE_NONE) return;
-    const double scale = photons_per_photon(plan, counts, iterations, pilot);
+    double scale = photons_per_photon(plan, counts, length->iterations, pilot);
+    scale *= gain_of_guide(pilot, scale, length->photons);
     const ca_batch_ratio light = ca_batch_ratio_of(pilot->merged, pilot->light, CA_LIGHT_BATCHES);
     const ca_batch_ratio photons = ca_batch_ratio_of(pilot->merged_photons, pilot->merged, CA_LIGHT_BATCHES);
     if (isnan(light.value)) return; /* the pilot found no light */
@@ -81,14 +99,14 @@ static void warn_of_radius(ca_preflight *preflight, double scene_radius)
 
 /* ---- The call -------------------------------------------------------------------------------------------------- */
 
-static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan, ca_error *error)
+static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan, const render_length *length,
+                             ca_error *error)
 {
     ca_mis_rules counts;
     if (!ca_integrator_counts(plan->type, &plan->input, &counts)) return CA_OK;
-    const double iterations = ca_render_plan_expected_passes(plan);
-    const double to_lose = ca_light_pilot_passes(plan, iterations);
+    const double to_lose = ca_light_pilot_passes(plan, length->iterations);
     const double alpha = ca_integrator_value(plan->type, &plan->input, "alpha", 0.0);
-    counts.merge_area *= (float)ca_progressive_mean_area(alpha, iterations);
+    counts.merge_area *= (float)ca_progressive_mean_area(alpha, length->iterations);
     ca_light_pilot pilot;
     const ca_light_question question = {.counts = &counts, .methods = 1, .iterations = to_lose};
     CA_TRY(ca_light_pilot_run(&pilot, plan, &question, error));
@@ -98,7 +116,7 @@ static ca_status judge_light(ca_preflight *preflight, const ca_render_plan *plan
     preflight->shadow_rays = pilot.counters.shadow_rays;
     judge_lost_light(preflight, plan, counts.merge != CA_MERGE_NONE, &pilot);
     /* Numbers that will be chosen the plan does not know: what is lost hardly depends on them, but dots do. */
-    if (plan->rays == CA_RAYS_OF_SETTINGS) judge_merges(preflight, plan, &counts, iterations, &pilot);
+    if (plan->rays == CA_RAYS_OF_SETTINGS) judge_merges(preflight, plan, &counts, length, &pilot);
     ca_light_pilot_destroy(&pilot);
     return CA_OK;
 }
@@ -123,7 +141,18 @@ ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *set
     preflight->radius = ca_integrator_value(plan.type, &plan.input, "radius", 0.0);
     preflight->no_light = scene->light_count == 0;
     if (preflight->radius > 2.0 * (double)scene->radius) warn_of_radius(preflight, (double)scene->radius);
-    if (!preflight->no_light) return judge_light(preflight, &plan, error);
+    const render_length length = {.iterations = ca_render_plan_expected_passes(&plan)};
+    if (!preflight->no_light) return judge_light(preflight, &plan, &length, error);
     warn(preflight, "the scene has no light: the picture will be black");
+    return CA_OK;
+}
+
+ca_status ca_preflight_chosen(const ca_render_plan *plan, double iterations, double photons, char *warning,
+                              ca_error *error)
+{
+    ca_preflight preflight = {.warning_count = 0};
+    const render_length length = {.iterations = iterations, .photons = photons};
+    CA_TRY(judge_light(&preflight, plan, &length, error));
+    if (preflight.warning_count > 0) memcpy(warning, preflight.warnings[0], sizeof preflight.warnings[0]);
     return CA_OK;
 }

@@ -29,6 +29,7 @@ typedef struct ca_render_plan {
     uint32_t camera_paths;     /* of a pixel in a pass, N_B */
     ca_rays_source rays;
     ca_method_statistics method; /* of integrator `auto`, once its method is chosen */
+    char method_warning[CA_PREFLIGHT_WARNING_SIZE]; /* what is wrong with that; "": nothing is known */
     char *asked;                 /* owned while ca_render_plan_run runs: the settings before that; NULL: not `auto` */
     bool ended; /* the caller has ended the render while that was chosen: one pass is made, and not kept */
     ca_ray_objective objective; /* of CA_RAYS_AUTO */
