@@ -424,8 +424,8 @@ typedef struct ca_preflight {
 
 /* Checks the settings (NULL: all as the scene says) as ca_render would, and looks at the light of the scene with
  * 16,384 camera paths and 32,768 light paths on one thread: a function of the scene, the settings and the seed alone.
- * A render that ends by time or noise is taken for one of 10 million camera paths a second, and of an hour where no
- * time is set. */
+ * A render that ends by time or noise is taken for one of 2.5 million camera paths a second of each thread (0
+ * threads: of each processor), and of an hour where no time is set. */
 CA_API ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *settings, ca_preflight *preflight,
                                    ca_error *error);
 

@@ -265,6 +265,11 @@ static void test_length_of_render(void **state)
     settings.samples_per_pixel = 0;
     settings.seconds = 60.0;
     const ca_preflight minute = preflight_of(scene, &settings);
+    settings.threads = 60; /* as many paths in a second as one thread has in a minute */
+    settings.seconds = 1.0;
+    assert_true(preflight_of(scene, &settings).lost_light == minute.lost_light);
+    settings.threads = 1;
+    settings.seconds = 60.0;
     settings.samples_per_pixel = 2000000; /* more than a minute is taken to have */
     assert_true(preflight_of(scene, &settings).lost_light == minute.lost_light);
     settings.samples_per_pixel = 0;

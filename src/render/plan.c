@@ -6,6 +6,7 @@
 #include "film/part_file.h"
 #include "math/numeric.h"
 #include "render/pass.h"
+#include "render/ranks.h"
 #include "render/replicates.h"
 
 #include <float.h>
@@ -493,8 +494,8 @@ ca_status ca_render_plan_recount(ca_render_plan *plan, ca_error *error)
     return ca_render_plan_take_range(plan, error);
 }
 
-/* Of a render that is not limited by samples. */
-#define CAMERA_PATHS_PER_SECOND 1e7
+/* Of a render that is not limited by samples: of each thread. */
+#define CAMERA_PATHS_PER_SECOND 2.5e6
 #define SECONDS_TO_NOISE 3600.0
 
 /* A number of samples and a time may both be set: the first to be reached ends the render. */
@@ -504,7 +505,8 @@ double ca_render_plan_expected_passes(const ca_render_plan *plan)
     const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : passes;
     const double seconds = given > 0.0 ? given : plan->open_ended ? SECONDS_TO_NOISE : (double)INFINITY;
     const double paths = ca_render_plan_pixels(plan) * plan->camera_paths;
-    return fmin(most, fmax(1.0, ceil(seconds * CAMERA_PATHS_PER_SECOND / paths)));
+    const double threads = (double)plan->threads * (plan->settings->ranks ? plan->settings->ranks->count : 1);
+    return fmin(most, fmax(1.0, ceil(seconds * threads * CAMERA_PATHS_PER_SECOND / paths)));
 }
 
 /* Films whose numbers of rays are chosen are joined with weights: they need not add up in parts. */
