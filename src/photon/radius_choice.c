@@ -3,11 +3,12 @@
 #include "math/numeric.h"
 #include "photon/radius.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
 /* Powers that are tried, and radii a factor of two. */
-enum { POWERS = 13, STEPS = 8 };
+enum { POWERS = 13, STEPS = 8, MOST_STEPS = STEPS * 278 /* between any two radii that a float can have */ };
 
 /* Steps between 1 / r and 1 / r^2. */
 enum { FALLS = 4 };
@@ -249,12 +250,13 @@ double ca_radius_choose(const ca_radius_curve *measured, double alpha, double li
     (curve.merging_alone ? take_law : take_envelope)(&curve);
     const int steps = (int)ceil(STEPS * log2(most / least));
     const double tolerance = curve.merging_alone ? CA_RADIUS_TOLERANCE : CA_RADIUS_SHARED_TOLERANCE;
-    double smallest = (double)INFINITY;
-    for (int i = 0; i <= steps; i++)
-        smallest = fmin(smallest, mean_error(&curve, &forms, alpha, light_paths, least * exp2((double)i / STEPS)));
-    for (int i = 0; i < steps; i++) {
-        const double radius = least * exp2((double)i / STEPS);
-        if (mean_error(&curve, &forms, alpha, light_paths, radius) <= tolerance * smallest) return radius;
+    double errors[MOST_STEPS + 1], smallest = (double)INFINITY;
+    assert(steps <= MOST_STEPS);
+    for (int i = 0; i <= steps; i++) {
+        errors[i] = mean_error(&curve, &forms, alpha, light_paths, least * exp2((double)i / STEPS));
+        smallest = fmin(smallest, errors[i]);
     }
+    for (int i = 0; i < steps; i++)
+        if (errors[i] <= tolerance * smallest) return least * exp2((double)i / STEPS);
     return most;
 }
