@@ -162,6 +162,8 @@ def _settings(settings, changes):
     if unknown:
         raise TypeError(f"no setting is called {', '.join(sorted(unknown))}; there are "
                         f"{', '.join(field.name for field in dataclasses.fields(Settings))}")
+    if changes.get("spp") == 0:
+        raise ArgumentError("spp 0: there must be 1 sample per pixel at least; None: as the scene says")
     made = dataclasses.replace(settings or Settings(), **{k: v for k, v in changes.items() if v is not None})
     return dataclasses.replace(made, integrator=_integrator(made.integrator))
 
@@ -185,7 +187,7 @@ def render(scene, settings=None, *, sensor=None, progress=None, **changes):
     """Renders a scene to an Image.
 
     settings: a Settings, which the keyword arguments change:
-        spp          camera paths per pixel
+        spp          camera paths per pixel, 1 at least
         seconds      stop after the pass in which this much time is reached
         noise        stop when the relative standard error of the image is below this many percent
         integrator   "auto", "path", "ovcm:max_depth=8,radius=0.01", ..., or a dictionary {"type": "path", "max_depth": 4}

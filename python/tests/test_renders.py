@@ -99,6 +99,8 @@ def test_settings(scene):
         caustica.render(scene, integrator="vmc")
     with pytest.raises(caustica.ArgumentError, match="seed -1 is out of range"):
         caustica.render(scene, seed=-1)
+    with pytest.raises(caustica.ArgumentError, match="spp 0: there must be 1 sample per pixel at least"):
+        caustica.render(scene, spp=0)
     with pytest.raises(caustica.ArgumentError, match="spp 18446744073709551616 is out of range"):
         caustica.render(scene, spp=2**64)
     with pytest.raises(TypeError, match="threads must be a number, not 'two'"):
