@@ -117,6 +117,12 @@ const char *ca_noun(double count, const char *one, const char *many)
     return count > 0.99995 && count < 1.0005 ? one : many;
 }
 
+const char *ca_list_separator(size_t index, size_t count, const char *last)
+{
+    if (index == 0) return "";
+    return index + 1 < count ? ", " : last;
+}
+
 bool ca_parse_double(const char *text, double *value) { return ca_parse_number(text, strlen(text), value); }
 
 bool ca_parse_digits(const char *text, size_t length, uint64_t limit, uint64_t *value)

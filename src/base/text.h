@@ -28,6 +28,9 @@ const char *ca_nearest_name(const char *word, const char *const *candidates, siz
  * is one. */
 const char *ca_noun(double count, const char *one, const char *many);
 
+/* What stands before item `index` of a list of `count`: "", ", ", or before the last one `last` (" and "). */
+const char *ca_list_separator(size_t index, size_t count, const char *last);
+
 /* ---- Numbers: nothing left over, no spaces --------------------------------------------------------------------- */
 
 /* The whole of text[0, length) as a finite decimal number ("-1.5e3"; no "inf", "nan" or hexadecimal), with a decimal

@@ -100,8 +100,7 @@ static void print_ranges(const part_ranges *found, bool gaps)
     const size_t told = count <= MOST ? count : MOST;
     for (size_t i = 0; i < told; i++) {
         const ca_pass_range *r = &found->ranges[i];
-        const char *before = i == 0 ? "" : i + 1 == count ? " and " : ", ";
-        printf("%s%llu:%llu", before, (unsigned long long)(gaps ? r->end : r->begin),
+        printf("%s%llu:%llu", ca_list_separator(i, count, " and "), (unsigned long long)(gaps ? r->end : r->begin),
                (unsigned long long)(gaps ? r[1].begin : r->end));
     }
     if (told < count) printf(" and %zu more", count - told);

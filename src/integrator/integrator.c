@@ -15,11 +15,11 @@ const ca_integrator_type *ca_integrator_at(size_t index)
     return index == ca_algorithm_count + 2 ? &ca_integrator_auto : NULL;
 }
 
-/* Adds a name to a list of `count` names; `separator` stands before it. */
-static void append_name(char text[CA_INTEGRATOR_NAMES_SIZE], size_t count, const char *separator, const char *name)
+/* Adds a name to a list; `separator` stands before it. */
+static void append_name(char text[CA_INTEGRATOR_NAMES_SIZE], const char *separator, const char *name)
 {
     const size_t used = strlen(text);
-    snprintf(text + used, CA_INTEGRATOR_NAMES_SIZE - used, "%s%s", count ? separator : "", name);
+    snprintf(text + used, CA_INTEGRATOR_NAMES_SIZE - used, "%s%s", separator, name);
 }
 
 void ca_integrator_names(unsigned abilities, const char *last, char text[CA_INTEGRATOR_NAMES_SIZE])
@@ -30,7 +30,7 @@ void ca_integrator_names(unsigned abilities, const char *last, char text[CA_INTE
     for (size_t i = 0; (type = ca_integrator_at(i)) != NULL; i++)
         if (ca_integrator_has(type, abilities)) names[count++] = type->name;
     text[0] = '\0';
-    for (size_t i = 0; i < count; i++) append_name(text, i, i + 1 < count ? ", " : last, names[i]);
+    for (size_t i = 0; i < count; i++) append_name(text, ca_list_separator(i, count, last), names[i]);
 }
 
 const ca_integrator_type *ca_integrator_of(const char *text)
@@ -61,7 +61,7 @@ ca_status ca_integrator_find(const char *name, const ca_location *where, const c
             *type = row;
             return CA_OK;
         }
-        append_name(all, count, ", ", row->name);
+        append_name(all, count ? ", " : "", row->name);
     }
     const char *nearest = ca_nearest_name(name, names, count);
     return ca_fail(error, blame(where), where, "unknown integrator \"%s\"%s%s%s (there are: %s)", name,
