@@ -141,7 +141,7 @@ static void test_configure(void **state)
     assert_int_equal(ca_method_configure(&no_splats, &plan, &radii, &input, NULL), CA_OK);
     ca_integrator_describe(no_splats.type, &input, text, sizeof text);
     assert_string_equal(text, "bdpt:max_depth=7,rr_depth=3,hide_emitters=false,heuristic=balance,light_paths=0,"
-                              "camera_paths=1,strategies=no-splat,paper=false,guide=false");
+                              "camera_paths=1,strategies=no-splat,paper=false,guide=true");
 
     settings.radius = 0.0; /* the usual one, whatever the number of light paths */
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
@@ -641,6 +641,23 @@ static void test_warns_of_dots(void **state)
     ca_scene_release(water);
 }
 
+/* A radius at which merges meet no photon leaves `ppm` and `bdpm` black, and their trials without noise: others find
+ * the light. */
+static void test_no_photons(void **state)
+{
+    (void)state;
+    ca_scene *wall = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("64") FLOOR LAMP "</scene>");
+    static const char *const radii[] = {"auto:max_depth=4,radius=1e-6", "auto:max_depth=4,radius=0.001"};
+    for (int i = 0; i < 2; i++) {
+        const ca_render_settings settings = auto_settings(radii[i], 16);
+        const auto_render r = render_auto(wall, &settings);
+        const ca_integrator_type *type = ca_integrator_of(r.method);
+        print_message("%s\n", r.reason);
+        assert_true(type->rules->merge == CA_MERGE_NONE || type->rules->connect);
+    }
+    ca_scene_release(wall);
+}
+
 /* Settings that no engine takes leave `path`, which takes them. */
 static void test_unsupported_methods(void **state)
 {
@@ -695,6 +712,7 @@ int main(void)
         cmocka_unit_test(test_trial_of_a_small_part),
         cmocka_unit_test(test_progress),
         cmocka_unit_test(test_warns_of_dots),
+        cmocka_unit_test(test_no_photons),
         cmocka_unit_test(test_unsupported_methods),
         cmocka_unit_test(test_check),
         cmocka_unit_test(test_out_of_memory),

@@ -69,7 +69,7 @@ static void test_warns_of_dots(void **state)
 {
     static const char begins[] = "caustica: warning: about ";
     ca_program_result r;
-    RUN(&r, "render", CA_SOURCE_DIR "/scenes/glass-slab/glass-slab.xml", "-i", "auto:radius=1e-6", "--spp=3",
+    RUN(&r, "render", CA_SOURCE_DIR "/scenes/paper-000/water-caustic.xml", "-i", "auto:radius=1e-6", "--spp=3",
         "--resolution=24x16", "-o", "a.pfm", "--quiet");
     assert_exit(&r, 0);
     if (strncmp(r.errors, begins, strlen(begins)) != 0) fail_msg("it says: %s", r.errors);

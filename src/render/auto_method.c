@@ -323,7 +323,30 @@ static double shown_variance(const chooser *c)
     return ca_shown_light_variance(&c->shown, &scale);
 }
 
-/* Of methods that merge the pilot tells no dots: theirs are in the trial. */
+/* Of a pixel's light over what its error counts by, the mean square. */
+static double relative_square(const ca_method_weights *weights)
+{
+    const size_t cells = ca_trial_cell_count(&weights->cells);
+    double sum = 0.0;
+    for (size_t i = 0; i < cells; i++) sum += weights->weights[i] * weights->luminance[i] * weights->luminance[i];
+    return sum / (double)cells;
+}
+
+/* Light that merges alone find comes photon by photon: with so many a camera path it is so noisy at least. A trial
+ * that met none, or one, knows no more than that there are hardly more. */
+static double least_noise_of_photons(const chooser *c, uint32_t i)
+{
+    const double share = c->methods[i].type->rules->connect ? c->lost : 1.0;
+    return share * relative_square(&c->weights) / ca_method_trial_most_photons(&c->trials[i]);
+}
+
+/* Of methods that merge the pilot tells no dots: theirs are in the trial, if it met any. */
+static double dots_of_trial(const chooser *c, uint32_t i, double variance, double square)
+{
+    if (!ca_method_merges(&c->methods[i])) return dots_of(c, i, square);
+    return fmax(0.0, least_noise_of_photons(c, i) - variance);
+}
+
 static ca_method_score score_of(const chooser *c, uint32_t i, double shown)
 {
     const ca_method_trial *trial = &c->trials[i];
@@ -331,8 +354,9 @@ static ca_method_score score_of(const chooser *c, uint32_t i, double shown)
     const double *weights = c->weights.weights;
     const double square = merges ? (double)INFINITY : ca_method_trial_dot_square(trial, weights);
     const double seconds = ca_method_trial_seconds(trial), passes = ca_method_passes(c->plan, seconds);
-    return (ca_method_score){.variance = ca_method_trial_variance(trial, weights, square),
-                             .dots = dots_of(c, i, square),
+    const double variance = ca_method_trial_variance(trial, weights, square);
+    return (ca_method_score){.variance = variance,
+                             .dots = dots_of_trial(c, i, variance, square),
                              .shown = shown,
                              .common = ca_method_trial_variance(trial, weights, CA_COMMON_SQUARE),
                              .passes = passes,

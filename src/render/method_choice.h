@@ -19,7 +19,7 @@ typedef struct ca_method {
 
 typedef struct ca_method_score {
     double variance; /* of an iteration, relative, mean over pixels: of the trial; without dots where there is: */
-    double dots;     /* likewise, of dots, by the pilot */
+    double dots;     /* likewise, of dots that the trial has not met: by the pilot, or by how few photons it met */
     double shown;    /* likewise, of lights that are seen as they are: the same for all methods (shown_light.h) */
     double common;   /* of the variance what values bring that are not rare (CA_COMMON_SQUARE) */
     double least;    /* ca_method_noise is no less (ca_methods_compare_noise) */

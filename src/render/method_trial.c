@@ -431,10 +431,19 @@ double ca_method_trial_dot_square(const ca_method_trial *trial, const double *we
     return largest[0];
 }
 
+static double cells_traced(const ca_method_trial *trial)
+{
+    return (double)ca_trial_cell_count(&trial->cells) * trial->iterations;
+}
+
 double ca_method_trial_photons(const ca_method_trial *trial)
 {
-    const double cells = (double)ca_trial_cell_count(&trial->cells);
-    return (double)trial->workers.list[0].counters.merges / (cells * trial->iterations);
+    return (double)trial->workers.list[0].counters.merges / cells_traced(trial);
+}
+
+double ca_method_trial_most_photons(const ca_method_trial *trial)
+{
+    return ((double)trial->workers.list[0].counters.merges + 1.0) / cells_traced(trial);
 }
 
 double ca_method_trial_blur(const ca_method_trial *trial, const ca_method_radii *radii, double passes)

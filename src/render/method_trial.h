@@ -107,6 +107,8 @@ double ca_method_trial_variance(const ca_method_trial *trial, const double *weig
 double ca_method_trial_dot_square(const ca_method_trial *trial, const double *weights);
 /* Photons that the render's merges find in an iteration, of a pixel, in the mean; needs an iteration. */
 double ca_method_trial_photons(const ca_method_trial *trial);
+/* Where few were met there may have been so many: one more than the trial met. */
+double ca_method_trial_most_photons(const ca_method_trial *trial);
 /* The mean square of what the render's merges blur, relative to a pixel's light, in so many passes; 0: it does not
  * merge. Where connections find light, too, merges have weights, and blur no more than photons alone do. */
 double ca_method_trial_blur(const ca_method_trial *trial, const ca_method_radii *radii, double passes);
