@@ -206,6 +206,35 @@ static void test_first_hit(void **state)
     ca_scene_release(scene);
 }
 
+/* The same with a bulb behind the wall, of which one ray in 3,300 meets the mirror. */
+#define ASIDE_OF_BULB                                                                                                \
+    "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='40'/><transform name='to_world'>"    \
+    "<lookat origin='3,1,3' target='0,1,0' up='0,1,0'/></transform>" FILM "</sensor>"                                \
+    "<shape type='rectangle'><transform name='to_world'><rotate y='1' angle='90'/><translate y='1'/></transform>"    \
+    "</shape><shape type='disk'><transform name='to_world'><scale value='0.37'/>"                                    \
+    "<lookat origin='10,1,0' target='9.0044,1.0939,0' up='0,0,1'/></transform><bsdf type='twosided'>"                \
+    "<bsdf type='conductor'/></bsdf></shape><emitter type='point'><point name='position' value='-0.5,3,0'/>"         \
+    "<rgb name='intensity' value='900'/></emitter></scene>"
+
+/* Of so little light more light paths tell. */
+static void test_rare_light(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(ASIDE_OF_BULB);
+    const ca_render_settings settings = settings_of("bdpm:guide=true,radius=0.1", 1, 3);
+    ca_render_plan plan;
+    ca_emission_guide *guide;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_integrator_make_guide(plan.type, &plan.input, &guide, NULL), CA_OK);
+    assert_non_null(guide);
+    const ca_emission_pdf usual = {{1.0f}, {CA_INV_FOUR_PI}};
+    const ca_vec3 bulb = {-0.5f, 3.0f, 0.0f}, mirror = {10.0f, 1.0f, 0.0f};
+    const ca_emitted_ray to_mirror = {.origin = bulb, .direction = ca_normalize(ca_sub(mirror, bulb))};
+    assert_true(ca_emission_ray_pdf(guide, 0, &to_mirror, usual).direction.v > 100.0f * usual.direction.v);
+    ca_emission_guide_destroy(guide);
+    ca_scene_release(scene);
+}
+
 /* ---- Rays ------------------------------------------------------------------------------------------------------ */
 
 enum { RAYS = 1 << 18, CELLS = 24 };
@@ -543,6 +572,7 @@ int main(void)
         cmocka_unit_test(test_balls),
         cmocka_unit_test(test_few_samples),
         cmocka_unit_test(test_first_hit),
+        cmocka_unit_test(test_rare_light),
         cmocka_unit_test(test_rays),
         cmocka_unit_test(test_aimed_rays),
         cmocka_unit_test(test_one_photon),

@@ -2,7 +2,8 @@
  * light meets a surface first.
  *
  * The engine of ca_integrator_pilot, which finds all light there is, traces a few paths of the rendered part of the
- * film, twice: the second time its light paths are guided by what the first one found. A path counts by its light
+ * film, twice: the second time its light paths are guided by what the first one found. Where that is too little to
+ * aim at, as behind a keyhole, there is a round of more light paths between them. A path counts by its light
  * relative to that of its part of the picture, and by the share of it that the method leaves to light paths: where
  * next event finds light as well, fewer of them are needed. That share is the one of a light path per pixel of the
  * film and a radius of RADIUS_PIXELS.
@@ -18,9 +19,9 @@
 #include <string.h>
 
 enum {
-    ROUNDS = 2,
     LIGHT_PATHS = 8192, /* of a round; likewise: */
     CAMERA_PATHS = 2048,
+    MANY_LIGHT_PATHS = 8 * LIGHT_PATHS, /* where these find too little */
     GROUP = 128,
     MOST_MERGES = 1 << 15, /* with so many a round ends; and if that is before this camera path: */
     LEAST_PATHS = 512,     /* again, with a smaller radius */
@@ -56,6 +57,11 @@ typedef struct guide_pilot {
     double weight;        /* the technique's alone */
     bool out_of_memory;
 } guide_pilot;
+
+typedef struct guide_round {
+    uint32_t number, light_paths;
+    const ca_emission_guide *guide; /* borrowed; of its light paths; NULL: none */
+} guide_round;
 
 /* ---- Looking at paths ------------------------------------------------------------------------------------------ */
 
@@ -166,20 +172,20 @@ static ca_status trace(guide_pilot *p, void *state, uint32_t round, bool *crowde
 }
 
 /* The parameters that say which light there is are the method's. */
-static ca_status configure(const ca_integrator_type *type, const ca_integrator_input *from, double radius,
-                           ca_integrator_input *input, ca_error *error)
+static ca_status configure(const ca_integrator_type *type, const ca_integrator_input *from, uint32_t light_paths,
+                           double radius, ca_integrator_input *input, ca_error *error)
 {
     const ca_integrator_type *pilot = &ca_integrator_pilot;
     for (int i = 0; pilot->parameters[i].name; i++) input->values[i] = pilot->parameters[i].number;
     CA_TRY(ca_integrator_limit_pilot(pilot, type, from, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "alpha", 0.0, input, error));
-    CA_TRY(ca_integrator_set_number(pilot, "light_paths", LIGHT_PATHS, input, error));
+    CA_TRY(ca_integrator_set_number(pilot, "light_paths", light_paths, input, error));
     return ca_integrator_set_number(pilot, "radius", radius, input, error);
 }
 
 /* One try with a radius. */
-static ca_status try_radius(guide_pilot *p, const ca_integrator_type *type, const ca_emission_guide *guide,
-                            uint32_t round, double radius, bool *crowded, ca_error *error)
+static ca_status try_radius(guide_pilot *p, const ca_integrator_type *type, const guide_round *round, double radius,
+                            bool *crowded, ca_error *error)
 {
     const ca_path_observer observer = {.see = see, .user = p, .take = take};
     ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT,
@@ -189,23 +195,23 @@ static ca_status try_radius(guide_pilot *p, const ca_integrator_type *type, cons
     ca_sampler_prepare(&sampler, input.camera->width, input.camera->height);
     input.sampler = &sampler;
     input.observer = &observer;
-    input.guide = guide;
+    input.guide = round->guide;
     input.workers = 1;
     input.memory_bytes = 0.0;
     input.technique_images = NULL;
     input.camera_paths = NULL;
     input.pairs = NULL;
     input.first_light_path = 0;
-    CA_TRY(configure(type, p->from, radius, &input, error));
+    CA_TRY(configure(type, p->from, round->light_paths, radius, &input, error));
     CA_TRY(ca_integrator_pilot.create(&input, &state, error));
-    const ca_status status = trace(p, state, round, crowded, error);
+    const ca_status status = trace(p, state, round->number, crowded, error);
     ca_integrator_pilot.destroy(state);
     return status;
 }
 
 /* Adds a round's samples to those that there are. */
-static ca_status run_round(guide_pilot *p, const ca_integrator_type *type, const ca_emission_guide *guide,
-                           uint32_t round, double pixel, ca_error *error)
+static ca_status run_round(guide_pilot *p, const ca_integrator_type *type, const guide_round *round, double pixel,
+                           ca_error *error)
 {
     const uint32_t *c = p->from->crop;
     const double pixels = (double)(c[2] - c[0]) * (c[3] - c[1]);
@@ -216,7 +222,7 @@ static ca_status run_round(guide_pilot *p, const ca_integrator_type *type, const
         p->count = before.count;
         memcpy(p->light, before.light, sizeof p->light);
         memcpy(p->paths, before.paths, sizeof p->paths);
-        CA_TRY(try_radius(p, type, guide, round, radius, &crowded, error));
+        CA_TRY(try_radius(p, type, round, radius, &crowded, error));
     }
     return CA_OK;
 }
@@ -263,17 +269,35 @@ static void set_rules(guide_pilot *p, const ca_integrator_type *type, float pixe
     p->alone.connect = p->alone.splat = false;
 }
 
+static bool is_aimed(const ca_emission_guide *guide)
+{
+    for (uint32_t i = 0; guide && i < guide->light_count; i++)
+        if (guide->aims[i].count > 0) return true;
+    return false;
+}
+
+/* A round, and the guide from what is known with it, in place of the one before. */
+static ca_status run_and_learn(guide_pilot *p, const ca_integrator_type *type, const guide_round *round, double pixel,
+                               ca_emission_guide **guide, ca_error *error)
+{
+    CA_TRY(run_round(p, type, round, pixel, error));
+    ca_emission_guide_destroy(*guide);
+    *guide = NULL;
+    return make_guide(p, p->from->scene, guide, error);
+}
+
 static ca_status run(guide_pilot *p, const ca_integrator_type *type, ca_emission_guide **guide, ca_error *error)
 {
     const float pixel = ca_median_pixel_footprint(p->from);
+    guide_round round = {.light_paths = LIGHT_PATHS};
     set_rules(p, type, pixel);
-    for (uint32_t round = 0; round < ROUNDS; round++) {
-        CA_TRY(run_round(p, type, *guide, round, (double)pixel, error));
-        ca_emission_guide_destroy(*guide);
-        *guide = NULL;
-        CA_TRY(make_guide(p, p->from->scene, guide, error));
+    CA_TRY(run_and_learn(p, type, &round, (double)pixel, guide, error));
+    if (!is_aimed(*guide)) {
+        round = (guide_round){.number = 1, .light_paths = MANY_LIGHT_PATHS};
+        CA_TRY(run_and_learn(p, type, &round, (double)pixel, guide, error));
     }
-    return CA_OK;
+    round = (guide_round){.number = round.number + 1, .light_paths = LIGHT_PATHS, .guide = *guide};
+    return run_and_learn(p, type, &round, (double)pixel, guide, error);
 }
 
 ca_status ca_integrator_make_guide(const ca_integrator_type *type, const ca_integrator_input *input,

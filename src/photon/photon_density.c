@@ -51,13 +51,13 @@ static inline counted_cell *find(const ca_photon_density *table, uint64_t hash)
     return place;
 }
 
-static uint64_t hash_of_photon(const ca_photon_grid *grid, uint32_t photon)
+static uint64_t hash_of_photon(const ca_photon_lattice *lattice, const ca_photon_grid *grid, uint32_t photon)
 {
     const ca_photon_block *block = &grid->blocks[photon / CA_PHOTON_LANES];
     const uint32_t lane = photon % CA_PHOTON_LANES;
-    const uint32_t cell[3] = {ca_photon_cell(&grid->lattice, 0, (double)block->x[lane]),
-                              ca_photon_cell(&grid->lattice, 1, (double)block->y[lane]),
-                              ca_photon_cell(&grid->lattice, 2, (double)block->z[lane])};
+    const uint32_t cell[3] = {ca_photon_cell(lattice, 0, (double)block->x[lane]),
+                              ca_photon_cell(lattice, 1, (double)block->y[lane]),
+                              ca_photon_cell(lattice, 2, (double)block->z[lane])};
     return hash_of(cell);
 }
 
@@ -66,7 +66,7 @@ static bool count_photons(ca_photon_density *table, const ca_photon_grid *grid)
 {
     uint32_t used = 0;
     for (uint32_t i = 0; i < grid->count; i++) {
-        const uint64_t hash = hash_of_photon(grid, i);
+        const uint64_t hash = hash_of_photon(&table->lattice, grid, i);
         counted_cell *place = find(table, hash);
         used += place->count == 0;
         if (used > table->mask / 2) return false;
@@ -88,12 +88,25 @@ static bool count_in_room(ca_photon_density *table, const ca_photon_grid *grid)
     }
 }
 
+/* The grid's cells begin at its lowest photon, on a floor, say: by rounding some points of the floor lie below it.
+ * Cells that begin at other parts of their side cut no surface that is flat along an axis. */
+static ca_photon_lattice shifted(const ca_photon_lattice *grid)
+{
+    static const double parts[3] = {0.382, 0.438, 0.471};
+    ca_photon_lattice lattice = *grid;
+    for (int axis = 0; axis < 3; axis++) {
+        lattice.low[axis] -= parts[axis] / lattice.cells_per_meter;
+        lattice.high[axis] += 1.0 / lattice.cells_per_meter;
+    }
+    return lattice;
+}
+
 ca_status ca_photon_density_create(ca_photon_density **density, const ca_photon_grid *grid, ca_error *error)
 {
     ca_photon_density *table = *density = ca_alloc_zeroed(1, sizeof *table);
     if (!table) return ca_fail_memory(error, "the density of photons");
     if (grid->count == 0) return CA_OK;
-    table->lattice = grid->lattice;
+    table->lattice = shifted(&grid->lattice);
     table->area = ca_sqr(2.0f * grid->radius);
     if (!count_in_room(table, grid)) {
         ca_photon_density_destroy(table);
