@@ -31,7 +31,7 @@ make_library() {
         /^typedef struct [a-z_]+ {/ { field = last_of[$3] }
         /^}/ { field = ""; cut = 0 }
         cut { next }
-        field != "" && match($0, "[ *]" field "(\\[[^]]*\\])?;") { cut = 1 }
+        field != "" && match($0, "[ *]" field "((\\[[^]]*\\])?;|\\))") { cut = 1 } # a function, too
         /^__attribute__/ { inside = 1 }
         inside && /;/ { sub(/;[^;]*$/, " { __builtin_trap(); }"); inside = 0 }
         { print }' >"$folder/stub.c"
