@@ -95,7 +95,7 @@ static int compare(const void *a, const void *b)
 static size_t join_samples(ca_guide_sample *samples, size_t count)
 {
     size_t kept = 0;
-    qsort(samples, count, sizeof *samples, compare);
+    if (count > 0) qsort(samples, count, sizeof *samples, compare);
     for (size_t i = 0; i < count; i++) {
         if (kept > 0 && compare_places(&samples[kept - 1], &samples[i]) == 0)
             samples[kept - 1].weight += samples[i].weight;
