@@ -686,7 +686,7 @@ static void test_out_of_memory(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("4") FLOOR LAMP "</scene>");
-    ca_render_settings settings = auto_settings("auto:max_depth=3,light_paths=9", 1);
+    ca_render_settings settings = auto_settings("auto:max_depth=3,light_paths=9,guide=false", 1);
     settings.threads = 1;
     assert_true(render_without_memory(scene, &settings) > 100);
     ca_scene_release(scene);
