@@ -24,7 +24,8 @@
 #include <cmocka.h>
 
 static const char *const integrators[] = {"path",     "light",    "bdpt", "ppm",   "bdpm",  "vcm",
-                                          "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm", "qmcppm"};
+                                          "vcm-plus", "vcm-star", "ovcm", "cavcm", "vavcm", "qmcppm",
+                                          "vcm:guide=true"};
 enum { INTEGRATORS = sizeof integrators / sizeof integrators[0], TEXT_SIZE = 1 << 14, SECONDS_ALLOWED = 20 };
 
 static const char *const numbers[] = {"0",     "1", "1",    "1",   "0.5",  "0.001", "1e-6", "1e-12", "1e-20",
