@@ -185,17 +185,23 @@ static void test_few_samples(void **state)
     "<emitter type='directional'><vector name='direction' value='0,-1,0'/><rgb name='irradiance' value='4'/>"        \
     "</emitter></scene>"
 
-/* Rays aim at the mirror, which the light meets first, not at the wall, where it is seen. */
-static void test_first_hit(void **state)
+static ca_emission_guide *guide_of_pilot(const ca_scene *scene)
 {
-    (void)state;
-    ca_scene *scene = scene_from_text(ASIDE);
     const ca_render_settings settings = settings_of("bdpm:guide=true,radius=0.1", 1, 3);
     ca_render_plan plan;
     ca_emission_guide *guide;
     assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
     assert_int_equal(ca_integrator_make_guide(plan.type, &plan.input, &guide, NULL), CA_OK);
     assert_non_null(guide);
+    return guide;
+}
+
+/* Rays aim at the mirror, which the light meets first, not at the wall, where it is seen. */
+static void test_first_hit(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(ASIDE);
+    ca_emission_guide *guide = guide_of_pilot(scene);
     const ca_vec3 down = {0.0f, -1.0f, 0.0f}, mirror = {10.0f, 1.0f, 0.0f}, wall = {0.0f, 1.0f, 0.0f};
     const ca_emission_pdf usual = {{1e-4f}, {1.0f}};
     const ca_emitted_ray to_mirror = {.origin = mirror, .direction = down};
@@ -221,12 +227,7 @@ static void test_rare_light(void **state)
 {
     (void)state;
     ca_scene *scene = scene_from_text(ASIDE_OF_BULB);
-    const ca_render_settings settings = settings_of("bdpm:guide=true,radius=0.1", 1, 3);
-    ca_render_plan plan;
-    ca_emission_guide *guide;
-    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
-    assert_int_equal(ca_integrator_make_guide(plan.type, &plan.input, &guide, NULL), CA_OK);
-    assert_non_null(guide);
+    ca_emission_guide *guide = guide_of_pilot(scene);
     const ca_emission_pdf usual = {{1.0f}, {CA_INV_FOUR_PI}};
     const ca_vec3 bulb = {-0.5f, 3.0f, 0.0f}, mirror = {10.0f, 1.0f, 0.0f};
     const ca_emitted_ray to_mirror = {.origin = bulb, .direction = ca_normalize(ca_sub(mirror, bulb))};

@@ -213,17 +213,14 @@ static bool is_in_front(const ca_guide_ball *ball, ca_vec3 origin, ca_vec3 ng)
     return ca_length2(offset) > ca_sqr(ball->radius) && ca_dot(offset, ng) > -ball->radius;
 }
 
-/* The cosine of the cone's half angle. */
-static float cone_cos(const ca_guide_ball *ball, float distance2)
-{
-    return sqrtf(1.0f - ca_sqr(ball->radius) / distance2);
-}
+/* Of the half angle under which a ball is seen. */
+static float cone_cos(float radius, float distance2) { return sqrtf(1.0f - ca_sqr(radius) / distance2); }
 
 /* Of the cone's directions: share / (2 pi (1 - cos)), in which 1 - cos = radius^2 / (distance^2 (1 + cos)). */
 static float cone_density(const ca_guide_ball *ball, ca_vec3 origin)
 {
     const float distance2 = ca_length2(ca_sub(ball->center, origin));
-    return 0.5f * ball->density * distance2 * (1.0f + cone_cos(ball, distance2));
+    return 0.5f * ball->density * distance2 * (1.0f + cone_cos(ball->radius, distance2));
 }
 
 static ca_pdf_area guided_position(const ca_guide_aim *aim, const ca_emitted_ray *ray, ca_pdf_area usual)
@@ -288,10 +285,10 @@ static void aim_origin(const ca_guide_ball *ball, const ca_light *light, ca_vec2
 static ca_vec3 direction_towards(const ca_guide_ball *ball, ca_vec3 origin, ca_vec2 u, float radius)
 {
     const ca_vec3 offset = ca_sub(ball->center, origin);
-    const float distance2 = ca_length2(offset), one_minus_cos = ca_sqr(radius) / distance2;
+    const float distance2 = ca_length2(offset);
+    const float one_minus_cos = ca_sqr(radius) / distance2 / (1.0f + cone_cos(radius, distance2));
     const ca_frame frame = ca_frame_from_normal(ca_normalize(offset));
-    const float cosine = cone_cos(&(ca_guide_ball){.radius = radius}, distance2);
-    return ca_normalize(ca_to_world(&frame, ca_warp_cone(u, one_minus_cos / (1.0f + cosine))));
+    return ca_normalize(ca_to_world(&frame, ca_warp_cone(u, one_minus_cos)));
 }
 
 static bool sample_infinite(const ca_guide_aim *aim, const ca_light *light, ca_vec2 u_position, ca_vec2 u_direction,
