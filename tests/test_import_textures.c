@@ -12,22 +12,11 @@ static void textures(void **state)
 #define BITMAP(body) "<texture type=\"bitmap\"><string name=\"filename\" value=\"picture.pfm\"/>" body "</texture>"
     import(SCENE(
         BITMAP("")
-            BITMAP(
-                "<string name=\"filter_type\" value=\"nearest\"/><string name=\"wrap_mode\" "
-                "value=\"clamp\"/><transform name=\"to_uv\"><scale x=\"2\" y=\"3\"/>"
-                "<translate x=\"0.5\" y=\"0.25\"/></transform>") BITMAP("<boolean name=\"raw\" "
-                                                                        "value=\"true\"/><string name=\"wrap_mode\" "
-                                                                        "value=\"mirror\"/>") "<texture "
-                                                                                              "type=\"checkerboard\">"
-                                                                                              "<rgb name=\"color0\" "
-                                                                                              "value=\"1 0 "
-                                                                                              "0\"/></texture>"
-                                                                                              "<texture "
-                                                                                              "type=\"mesh_"
-                                                                                              "attribute\"><string "
-                                                                                              "name=\"name\" "
-                                                                                              "value=\"vertex_"
-                                                                                              "color\"/></texture>"));
+        BITMAP("<string name=\"filter_type\" value=\"nearest\"/><string name=\"wrap_mode\" value=\"clamp\"/>"
+               "<transform name=\"to_uv\"><scale x=\"2\" y=\"3\"/><translate x=\"0.5\" y=\"0.25\"/></transform>")
+        BITMAP("<boolean name=\"raw\" value=\"true\"/><string name=\"wrap_mode\" value=\"mirror\"/>")
+        "<texture type=\"checkerboard\"><rgb name=\"color0\" value=\"1 0 0\"/></texture>"
+        "<texture type=\"mesh_attribute\"><string name=\"name\" value=\"vertex_color\"/></texture>"));
     const ca_texture *t = desc.textures.items;
     assert_int_equal(t[0].kind, CA_TEXTURE_BITMAP);
     assert_int_equal(t[0].as.bitmap.filter, CA_FILTER_BILINEAR);
