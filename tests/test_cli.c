@@ -562,55 +562,6 @@ static void test_info(void **state)
     for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) assert_says(r.output, lines[i]);
 }
 
-static void test_bundled_scenes(void **state)
-{
-    static const char *const names[] = {
-        "cornell-box/cornell-box",
-        "furnace/furnace",
-        "caustics/caustics",
-        "gallery/pool",
-        "gallery/glass-of-water",
-        "gallery/glass-blocks",
-        "gallery/jewels",
-        "mis/mis",
-        "textured/textured",
-        "depth-of-field/depth-of-field",
-        "glass-slab/glass-slab",
-        "long-diffuse/long-diffuse",
-        "rough-glass/rough-glass",
-        "small-light-far/small-light-far",
-        "speed/cornell-spheres",
-        "paper-003/large-light",
-        "paper-003/small-light",
-        "paper-003/two-small-lights",
-        "paper-004/mirror-room",
-        "paper-004/interleaved",
-        "paper-004/camera-is-light",
-        "paper-004/pointwise",
-        "paper-000/cornell-point",
-        "perceptual-study/visible-diffuse",
-        "perceptual-study/visible-mixed",
-        "perceptual-study/occluded-diffuse",
-        "perceptual-study/occluded-mixed",
-    };
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        char path[512];
-        ca_program_result r;
-        snprintf(path, sizeof path, "%s/scenes/%s.xml", CA_SOURCE_DIR, names[i]);
-        RUN(&r, "info", path);
-        assert_exit(&r, 0);
-        /* with light paths enough for no warning: the gallery's merge radii are for pictures of a thousand pixels */
-        const bool in_gallery = strncmp(names[i], "gallery/", strlen("gallery/")) == 0;
-        RUN(&r, "render", path, "-i", "ovcm", "--resolution", "24x16", "--spp", "2", "--light-paths",
-            in_gallery ? "200000" : "8000", "-o", "a.pfm", "--stats", "a.json");
-        assert_exit(&r, 0);
-        assert_string_equal(r.errors, "");
-        json_t *stats = load_json(folder_of(state), "a.json");
-        assert_true(json_number(stats, "mean_luminance") > 0.01);
-        json_decref(stats);
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -633,7 +584,6 @@ int main(void)
         PROGRAM_TEST(test_compare),
         PROGRAM_TEST(test_compare_sizes),
         PROGRAM_TEST(test_info),
-        PROGRAM_TEST(test_bundled_scenes),
     };
     return run_program_tests("command line", tests, sizeof tests / sizeof tests[0]);
 }
