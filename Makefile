@@ -13,7 +13,7 @@ MAKEFLAGS += --no-print-directory
 build_targets = cmake --preset $(1) --log-level=NOTICE >/dev/null && \
 	cmake --build $(3) --parallel $(JOBS) --target $(2)
 
-.PHONY: help build demo test test-sanitized test-long torture fuzz mutants check-metrics check-mitsuba check-package check-same-bits python bench bench-peers gallery method-pictures paper-000 paper-002 paper-003 paper-004 lint install package clean dependencies
+.PHONY: help build demo test test-sanitized test-long torture fuzz mutants check-metrics check-mitsuba check-package check-same-bits python bench bench-peers gallery method-pictures compare-weights compare-defaults radius-sweep paper-000 paper-002 paper-003 paper-004 lint install package clean dependencies
 help:
 	@echo "make build      the program build/caustica and the libraries"
 	@echo "make demo       renders the Cornell box and the caustics scene to out/"
@@ -32,6 +32,8 @@ help:
 	@echo "make bench-peers  path against Mitsuba 3's in equal time, writes bench/peers.json (QUICK=1, ONLY=scene: print only)"
 	@echo "make gallery    the pictures of docs/pictures/gallery/, and path beside them in equal time (QUICK=1: small, to out/)"
 	@echo "make method-pictures  the pictures of docs/which-method.md (QUICK=1: small, to out/)"
+	@echo "make compare-weights  noise of vavcm over that of other methods: the table of docs/decisions/018 (QUICK=1: print only)"
+	@echo "make compare-defaults  their errors at default settings; make radius-sweep: those of other merge radii (print only)"
 	@echo "make paper-000  paper 000's figures: the tables and pictures of docs/papers/000.md (QUICK=1: print only; FULL=1)"
 	@echo "make paper-002  paper 002's comparison: the tables and close-ups of docs/papers/002.md (QUICK=1: print only; FULL=1)"
 	@echo "make paper-003  paper 003's figures: the tables and pictures of docs/papers/003.md (QUICK=1: small, to out/)"
@@ -118,6 +120,18 @@ gallery: dependencies
 method-pictures: dependencies
 	@$(call build_targets,release,caustica,build)
 	@scripts/method-pictures.sh build $(if $(QUICK),--quick out/methods)
+
+compare-weights: dependencies
+	@$(call build_targets,release,all compare_weights,build)
+	@scripts/compare-weights.sh build $(if $(QUICK),--quick)
+
+compare-defaults: dependencies
+	@$(call build_targets,release,all compare_defaults,build)
+	@build/compare_defaults --iterations $(if $(QUICK),16,64)
+
+radius-sweep: dependencies
+	@$(call build_targets,release,all radius_sweep,build)
+	@build/radius_sweep radii --side 32 --seeds $(if $(QUICK),1,3) --reference-iterations 512
 
 PAPER_OPTIONS = $(if $(QUICK),--quick) $(if $(FULL),--full) $(if $(MINUTES),--minutes $(MINUTES))
 

@@ -236,6 +236,24 @@ static void test_rare_light(void **state)
     ca_scene_release(scene);
 }
 
+/* What the picture does not show is no light of it. */
+static void test_hidden_lamp(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(OUTSIDE);
+    for (int hidden = 0; hidden < 2; hidden++) {
+        const ca_render_settings settings = settings_of(hidden ? "bdpm:hide_emitters=true" : "bdpm", 1, 3);
+        ca_render_plan plan;
+        assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+        ca_integrator_input input = plan.input;
+        memset(input.values, 0, sizeof input.values);
+        const ca_integrator_type *pilot = &ca_integrator_pilot;
+        assert_int_equal(ca_integrator_limit_pilot(pilot, plan.type, &plan.input, &input, NULL), CA_OK);
+        assert_true(ca_integrator_value(pilot, &input, "hide_emitters", -1.0) == hidden);
+    }
+    ca_scene_release(scene);
+}
+
 /* ---- Rays ------------------------------------------------------------------------------------------------------ */
 
 enum { RAYS = 1 << 18, CELLS = 24 };
@@ -417,6 +435,40 @@ static void test_aimed_rays(void **state)
     ca_scene_release(scene);
 }
 
+/* Of one bulb a thousand kilometres away: the solid angle of 20 m around the middle, by the directions that it aims
+ * at the picture. A ray that misses its ball by rounding would count far too much. */
+static void test_far_light(void **state)
+{
+    (void)state;
+    ca_guide_sample samples[HEAPS * POINTS];
+    ca_scene *scene = scene_from_text("<scene version='3.0.0'>" CAMERA PLAIN("6") BULB("6e5,8e5,0") "</scene>");
+    const ca_sampler sampler = {.kind = CA_SAMPLER_INDEPENDENT, .seed = 6};
+    const ca_vec2 place = {0.5f, 0.5f};
+    ca_emission_guide *guide = NULL;
+    const size_t count = make_samples(samples);
+    for (size_t i = 0; i < count; i++) samples[i].light = 0;
+    assert_int_equal(ca_emission_guide_create(&guide, scene->lights, scene->light_count, &scene->light_choice,
+                                              samples, count, NULL),
+                     CA_OK);
+    assert_true(guide->aims[0].count > 0);
+    double sum = 0.0;
+    for (uint32_t i = 0; i < RAYS; i++) {
+        const ca_stream stream = ca_stream_start(&sampler, 0, i);
+        ca_light_emission ray;
+        if (!ca_emission_sample(guide, scene->lights, 0, place, ca_sample_2d(&stream, 0), &ray)) continue;
+        const double o[3] = {(double)ray.origin.x, (double)ray.origin.y, (double)ray.origin.z};
+        const double d[3] = {(double)ray.direction.x, (double)ray.direction.y, (double)ray.direction.z};
+        const double along = -(o[0] * d[0] + o[1] * d[1] + o[2] * d[2]);
+        const double x = o[0] + along * d[0], y = o[1] + along * d[1], z = o[2] + along * d[2];
+        if (along > 0.0 && x * x + y * y + z * z < 400.0) sum += 1.0 / (double)ray.pdf_direction.v;
+    }
+    const double angle = CA_PI_D * 400.0 / 1e12;
+    print_message("solid angle %.4g of %.4g\n", sum / RAYS, angle);
+    assert_true(fabs(sum / RAYS / angle - 1.0) < 0.08);
+    ca_emission_guide_destroy(guide);
+    ca_scene_release(scene);
+}
+
 /* A photon that is met often is one place, and says nothing of where others are. */
 static void test_one_photon(void **state)
 {
@@ -576,7 +628,9 @@ int main(void)
         cmocka_unit_test(test_rare_light),
         cmocka_unit_test(test_rays),
         cmocka_unit_test(test_aimed_rays),
+        cmocka_unit_test(test_far_light),
         cmocka_unit_test(test_one_photon),
+        cmocka_unit_test(test_hidden_lamp),
         cmocka_unit_test(test_mean),
         cmocka_unit_test(test_variance),
         cmocka_unit_test(test_bits),

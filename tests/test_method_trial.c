@@ -349,6 +349,59 @@ static void test_trial_of_a_small_part(void **state)
     ca_scene_release(scene);
 }
 
+/* Where a pixel has very many camera paths there are fewer cells, which have all of them. */
+static void test_many_camera_paths(void **state)
+{
+    (void)state;
+    enum { OF_PIXEL = 1000 };
+    ca_scene *scene = bundled_scene("cornell-box/cornell-box");
+    ca_render_settings settings = auto_settings("auto:radius=1", OF_PIXEL);
+    settings.camera_paths = OF_PIXEL;
+    ca_render_plan plan;
+    ca_method_trial trial;
+    const ca_method method = {.type = &ca_integrator_bdpm};
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_trial_create(&trial, &plan, &method, NULL, NULL, NULL), CA_OK);
+    const size_t cells = ca_trial_cell_count(&trial.cells);
+    assert_true(cells > 400 && cells < 600);
+    assert_int_equal(ca_method_trial_run(&trial, NULL), CA_OK);
+    assert_true(trial.workers.list[0].counters.camera_paths == cells * OF_PIXEL);
+    ca_method_trial_destroy(&trial);
+    ca_scene_release(scene);
+}
+
+/* A guide that found nothing to aim at is not looked for again. */
+static void test_no_guide(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    const ca_render_settings settings = auto_settings("auto:radius=0.1,guide=true", 4);
+    ca_render_plan plan;
+    ca_method_trial trial;
+    const ca_method method = {.type = &ca_integrator_bdpm};
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_method_trial_create(&trial, &plan, &method, NULL, NULL, NULL), CA_OK);
+    assert_true(ca_integrator_value(method.type, &trial.plan.input, "guide", 1.0) == 0.0);
+    ca_method_trial_destroy(&trial);
+    ca_scene_release(scene);
+}
+
+/* Processors of all ranks make passes. */
+static void test_passes_of_ranks(void **state)
+{
+    (void)state;
+    ca_scene *scene = wall_scene();
+    ca_render_settings settings = auto_settings("auto", 0);
+    const ca_ranks ranks = {.count = 4};
+    ca_render_plan plan;
+    settings.seconds = 30.0;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_true(ca_method_passes(&plan, 0.5) == 120.0);
+    settings.ranks = &ranks;
+    assert_true(ca_method_passes(&plan, 0.5) == 480.0);
+    ca_scene_release(scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -360,6 +413,9 @@ int main(void)
         cmocka_unit_test(test_trials_leave_out_what_is_shown),
         cmocka_unit_test(test_trial_merges_alike),
         cmocka_unit_test(test_trial_of_a_small_part),
+        cmocka_unit_test(test_many_camera_paths),
+        cmocka_unit_test(test_no_guide),
+        cmocka_unit_test(test_passes_of_ranks),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -70,25 +70,39 @@ static void expect_no_merge(const char *a, const char *b, bool wants_image, cons
     if (!strstr(error.message, words)) fail_msg("\"%s\" is not said in \"%s\"", words, error.message);
 }
 
-/* A whole file whose settings say something else, as one of another version would. */
-static void change_setting(const char *name, const char *from, const char *to)
-{
+/* A file that is changed and written again, to changed.part. */
+typedef struct open_part {
     ca_pass_reader reader;
     ca_film film;
-    ca_error error;
-    assert_int_equal(ca_pass_reader_open(&reader, file(name), &error), CA_OK);
-    assert_int_equal(ca_pass_film_create(&film, &reader.film, &error), CA_OK);
-    assert_int_equal(ca_pass_reader_add(&reader, &film, true, &error), CA_OK);
+} open_part;
+
+static void read_part(open_part *p, const char *name)
+{
+    ca_error error = {""};
+    assert_int_equal(ca_pass_reader_open(&p->reader, file(name), &error), CA_OK);
+    assert_int_equal(ca_pass_film_create(&p->film, &p->reader.film, &error), CA_OK);
+    assert_int_equal(ca_pass_reader_add(&p->reader, &p->film, true, &error), CA_OK);
+}
+
+static void write_changed(open_part *p, const ca_pass_part *changed)
+{
+    assert_int_equal(ca_pass_part_write(changed, &p->film, file("changed.part"), NULL), CA_OK);
+    ca_film_destroy(&p->film);
+    ca_pass_reader_close(&p->reader);
+}
+
+/* Its settings say something else, as those of another version would. */
+static void change_setting(const char *name, const char *from, const char *to)
+{
+    open_part p;
     char settings[4096];
-    const char *at = strstr(reader.part.settings, from);
+    read_part(&p, name);
+    ca_pass_part part = p.reader.part;
+    const char *at = strstr(part.settings, from);
     assert_non_null(at);
-    snprintf(settings, sizeof settings, "%.*s%s%s", (int)(at - reader.part.settings), reader.part.settings, to,
-             at + strlen(from));
-    ca_pass_part part = reader.part;
+    snprintf(settings, sizeof settings, "%.*s%s%s", (int)(at - part.settings), part.settings, to, at + strlen(from));
     part.settings = settings;
-    assert_int_equal(ca_pass_part_write(&part, &film, file("changed.part"), &error), CA_OK);
-    ca_film_destroy(&film);
-    ca_pass_reader_close(&reader);
+    write_changed(&p, &part);
 }
 
 /* The setting is named, and the file; and nothing is written. */
@@ -158,12 +172,62 @@ static void test_parts_that_do_not_fit(void **state)
     assert_non_null(strstr(error.message, "q.part: a part file of blocks, not of passes"));
 }
 
+static double target_of(const char *name)
+{
+    open_part p;
+    read_part(&p, name);
+    const ca_pass_part part = p.reader.part;
+    write_changed(&p, &part);
+    return part.looks.target;
+}
+
+/* At the first pass that is told: how many there were at the last look. */
+static bool note_look(const ca_render_progress *progress, void *user)
+{
+    uint32_t *passes = user;
+    if (*passes == 0) *passes = progress->noise_passes;
+    return true;
+}
+
+/* Nobody has looked at the noise of parts that are added up; and a file of ranks that were asked for it just before
+ * their look tells that it is due. Who goes on looks at once. */
+static void test_looks(void **state)
+{
+    (void)state;
+    ca_render_settings s = settings_of("path", 8, 1);
+    s.noise_percent = 1e-3;
+    s.part_path = file("looked.part");
+    render(&s, NULL);
+    assert_true(target_of("looked.part") == 1e-3);
+    const char *const paths[2] = {file("looked.part"), render_part("path", 8, 10, 1, "more.part")};
+    assert_int_equal(ca_merge_parts(paths, 2, file("sum.part"), NULL, NULL, NULL), CA_OK);
+    assert_true(target_of("sum.part") == 0.0);
+
+    open_part p;
+    read_part(&p, "looked.part");
+    ca_pass_part part = p.reader.part;
+    assert_true(part.looks.next == 16.0);
+    part.looks.next = 8.0;
+    write_changed(&p, &part);
+    uint32_t looked = 0;
+    s.samples_per_pixel = 12;
+    s.part_path = NULL;
+    s.checkpoint_path = file("changed.part");
+    s.resume = true;
+    s.progress = note_look;
+    s.progress_user = &looked;
+    render(&s, NULL);
+    assert_int_equal(looked, 8);
+    unlink(s.checkpoint_path);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_settings_of_another_version),
         cmocka_unit_test(test_parts_of_every_integrator),
         cmocka_unit_test(test_parts_that_do_not_fit),
+        cmocka_unit_test(test_looks),
     };
     return cmocka_run_group_tests(tests, begin_small_renders, end_small_renders);
 }

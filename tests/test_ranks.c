@@ -22,7 +22,8 @@
 
 typedef struct job {
     ca_render_settings settings; /* of rank 0; the others have no files and no callback */
-    const ca_scene *last_scene;  /* of the last rank; NULL: the same */
+    const ca_scene *last_scene;  /* of the last rank; NULL: the same; likewise: */
+    const char *last_integrator;
     const int *last_stop;        /* likewise */
     bool many_threads;           /* the ranks have one, two and three */
     ca_status status, others;
@@ -47,6 +48,7 @@ static void render_as(void *user, const ca_ranks *ranks)
     s.checkpoint_path = s.part_path = NULL;
     s.resume = false;
     if (is_last && j->last_stop) s.stop = j->last_stop;
+    if (is_last && j->last_integrator) s.integrator = j->last_integrator;
     const ca_status status = ca_render(is_last && j->last_scene ? j->last_scene : scene, &s, &none, NULL, NULL);
     assert_null(none);
     if (is_last) j->others = status;
@@ -202,6 +204,7 @@ static bool watch(const ca_render_progress *progress, void *user)
         assert_int_equal(progress->snapshot(progress, &image, &s, NULL), CA_OK);
         w->hash = image_hash(image);
         w->passes = (uint32_t)s.iterations;
+        assert_true((progress->blocks ? s.blocks[1] : s.passes[1]) == s.iterations);
         ca_image_release(image);
     }
     return w->stop_after == 0 || progress->passes_done < w->stop_after;
@@ -444,6 +447,23 @@ static void test_refusals(void **state)
     expect_refused(&j, CA_ERROR_ARGUMENT, "images of the strategies are made by one rank");
 }
 
+/* What ranks tell each other depends on the integrator. */
+static void test_other_integrator(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"path", "auto", "qmcppm"};
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            char words[128];
+            if (i == k) continue;
+            job j = {.settings = settings_of(names[i], 2, 1), .last_integrator = names[k]};
+            j.settings.radius = 0.0; /* which path has not */
+            snprintf(words, sizeof words, "this rank has \"integrator %s\", but rank 0 has \"integrator %s\"",
+                     names[k], names[i]);
+            expect_refused(&j, CA_ERROR_ARGUMENT, words);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -461,6 +481,7 @@ int main(void)
         cmocka_unit_test(test_parts_with_rays_of_a_file),
         cmocka_unit_test(test_auto_as_a_picture),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_other_integrator),
     };
     return cmocka_run_group_tests_name("renders by ranks", tests, begin_small_renders, end_small_renders);
 }

@@ -9,6 +9,7 @@
 #include "cli/compare_page.h"
 #include "cli/outputs.h"
 #include "cli/say.h"
+#include "cli/shared_options.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -26,6 +27,7 @@ typedef struct compare_options {
 } compare_options;
 
 #define AT(field) .offset = offsetof(compare_options, field)
+#define GIVEN(field) .given = offsetof(compare_options, field)
 
 static const ca_option options[] = {
     {.name = "reference",
@@ -38,23 +40,15 @@ static const ca_option options[] = {
      .argument = "x0,y0,x1,y1",
      .kind = CA_OPTION_RECT,
      AT(roi),
-     .given = offsetof(compare_options, has_roi),
+     GIVEN(has_roi),
      .help = "look at this part only: pixels, half open (default: all)"},
-    {.name = "mask",
-     .argument = "x0,y0,x1,y1",
-     .kind = CA_OPTION_RECT_LIST,
-     AT(masks),
-     .help = "leave this part out; several times"},
+    CA_MASK_OPTION(AT(masks)),
     {.name = "maps",
      .argument = "FILE.exr",
      .kind = CA_OPTION_TEXT,
      AT(maps),
      .help = "write each metric as a layer; of several images into FILE-NAME.exr"},
-    {.name = "stats",
-     .argument = "FILE.json",
-     .kind = CA_OPTION_TEXT,
-     AT(stats),
-     .help = "write the numbers as JSON"},
+    CA_STATS_OPTION("the numbers", AT(stats)),
     {.name = "html",
      .argument = "FILE.html",
      .kind = CA_OPTION_TEXT,
@@ -134,13 +128,8 @@ static const ca_option options[] = {
      .minimum = 1,
      AT(metrics.flip_exposures.count),
      .help = "how many (default: one a stop, at least 2)"},
-    {.name = "threads",
-     .argument = "N",
-     .kind = CA_OPTION_COUNT,
-     .minimum = 1,
-     AT(metrics.threads),
-     .help = "threads; the numbers do not depend on it (default: one per processor)"},
-    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
+    CA_THREADS_OPTION("; the numbers do not depend on it", AT(metrics.threads)),
+    CA_HELP_OPTION(AT(help)),
 };
 static const ca_option_table table = {"compare", options, sizeof options / sizeof options[0]};
 

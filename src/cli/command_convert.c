@@ -2,6 +2,7 @@
 #include "base/memory.h"
 #include "cli/commands.h"
 #include "cli/say.h"
+#include "cli/shared_options.h"
 #include "import/import.h"
 
 #include <stdio.h>
@@ -21,14 +22,9 @@ static const ca_option options[] = {
      .kind = CA_OPTION_TEXT,
      AT(output),
      .help = "file to write (needed): NAME.xml; what it is made from goes to the folder NAME-files beside it"},
-    {.name = "define",
-     .letter = 'D',
-     .argument = "NAME=VALUE",
-     .kind = CA_OPTION_TEXT_LIST,
-     AT(define_words),
-     .help = "value for a <default> of the scene; several times"},
+    CA_DEFINE_OPTION(AT(define_words)),
     {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors only, no notes"},
-    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
+    CA_HELP_OPTION(AT(help)),
 };
 static const ca_option_table table = {"convert", options, sizeof options / sizeof options[0]};
 

@@ -3,6 +3,7 @@
 #include "base/text.h"
 #include "cli/commands.h"
 #include "cli/say.h"
+#include "cli/shared_options.h"
 #include "geometry/curve.h"
 #include "geometry/sdf_grid.h"
 #include "render/render.h"
@@ -16,28 +17,13 @@ typedef struct info_options {
     bool help;
 } info_options;
 
+#define AT(field) .offset = offsetof(info_options, field)
+
 static const ca_option options[] = {
-    {.name = "define",
-     .letter = 'D',
-     .argument = "NAME=VALUE",
-     .kind = CA_OPTION_TEXT_LIST,
-     .offset = offsetof(info_options, define_words),
-     .help = "value for a <default> of the scene; several times"},
-    {.name = "sensor",
-     .argument = "N",
-     .kind = CA_OPTION_COUNT,
-     .offset = offsetof(info_options, sensor),
-     .help = "which of the scene's sensors, counted from 0 (default: 0)"},
-    {.name = "camera",
-     .argument = "NAME",
-     .kind = CA_OPTION_TEXT,
-     .offset = offsetof(info_options, camera),
-     .help = "the sensor of that id instead (glTF: the name of its node)"},
-    {.name = "help",
-     .letter = 'h',
-     .kind = CA_OPTION_FLAG,
-     .offset = offsetof(info_options, help),
-     .help = "this text"},
+    CA_DEFINE_OPTION(AT(define_words)),
+    CA_SENSOR_OPTION(AT(sensor)),
+    CA_CAMERA_OPTION(AT(camera)),
+    CA_HELP_OPTION(AT(help)),
 };
 static const ca_option_table table = {"info", options, sizeof options / sizeof options[0]};
 

@@ -5,6 +5,7 @@
 #include "cli/outputs.h"
 #include "cli/progress.h"
 #include "cli/say.h"
+#include "cli/shared_options.h"
 #include "render/merge_passes.h"
 
 #include <stdio.h>
@@ -27,13 +28,9 @@ static const ca_option options[] = {
      AT(outputs),
      .help = "file to write (needed): .exr, .png, .pfm or .part; several times"},
     CA_OUTPUT_OPTIONS(merge_options),
-    {.name = "stats",
-     .argument = "FILE.json",
-     .kind = CA_OPTION_TEXT,
-     AT(stats),
-     .help = "write the parts' times and counts, added up, as JSON"},
-    {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
-    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
+    CA_STATS_OPTION("the parts' times and counts, added up,", AT(stats)),
+    CA_QUIET_OPTION(AT(quiet)),
+    CA_HELP_OPTION(AT(help)),
 };
 static const ca_option_table table = {"merge", options, sizeof options / sizeof options[0]};
 

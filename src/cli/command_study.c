@@ -1,6 +1,7 @@
 /* caustica study: renders the images of a perceptual study and the page that runs it, and analyses the answers. */
 #include "cli/commands.h"
 #include "cli/outputs.h"
+#include "cli/shared_options.h"
 #include "cli/study_analyse.h"
 #include "cli/study_page.h"
 
@@ -25,19 +26,10 @@ static const ca_option options[] = {
      .kind = CA_OPTION_FLAG,
      AT(analyse),
      .help = "the files are answers that the page exported: say what they say"},
-    {.name = "stats",
-     .argument = "FILE.json",
-     .kind = CA_OPTION_TEXT,
-     AT(stats),
-     .help = "write the numbers of --analyse as JSON"},
-    {.name = "threads",
-     .argument = "N",
-     .kind = CA_OPTION_COUNT,
-     .minimum = 1,
-     AT(threads),
-     .help = "threads; the images do not depend on it (default: one per processor)"},
-    {.name = "quiet", .kind = CA_OPTION_FLAG, AT(quiet), .help = "print errors and warnings only"},
-    {.name = "help", .letter = 'h', .kind = CA_OPTION_FLAG, AT(help), .help = "this text"},
+    CA_STATS_OPTION("the numbers of --analyse", AT(stats)),
+    CA_THREADS_OPTION("; the images do not depend on it", AT(threads)),
+    CA_QUIET_OPTION(AT(quiet)),
+    CA_HELP_OPTION(AT(help)),
 };
 static const ca_option_table table = {"study", options, sizeof options / sizeof options[0]};
 

@@ -161,10 +161,13 @@ static void put_part(ca_part_writer *writer, const ca_pass_part *part, const ca_
 ca_status ca_pass_part_write(const ca_pass_part *part, const ca_film *film, const char *path, ca_error *error)
 {
     if (strlen(part->settings) > CA_PART_TEXT_BYTES || strlen(part->record) > CA_PART_TEXT_BYTES ||
-        strlen(part->scene_path) > CA_PART_TEXT_BYTES || part->range_count > CA_PASS_PART_RANGES)
+        strlen(part->scene_path) > CA_PART_TEXT_BYTES)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL,
                        "%s: the scene's path or the settings are over the limit of %d bytes", path,
                        CA_PART_TEXT_BYTES);
+    if (part->range_count > CA_PASS_PART_RANGES)
+        return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "%s: passes in more than %d pieces", path,
+                       CA_PASS_PART_RANGES);
     unsigned char *row = ca_alloc(ca_film_row_bytes(film), 1);
     if (!row) return ca_fail_memory(error, path);
     ca_file_writer file;

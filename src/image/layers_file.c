@@ -44,7 +44,7 @@ ca_status ca_layers_write(const ca_image_layers *layers, const char *path, float
     ca_file_writer writer;
     CA_TRY(ca_file_create(&writer, path, error));
     const ca_status status = write_stream(layers, format_of(path), exposure, writer.stream, path, error);
-    if (status == CA_OK) return ca_file_commit(&writer, error);
+    if (status == CA_OK) return ca_file_commit_durably(&writer, error);
     ca_file_abandon(&writer);
     return status;
 }

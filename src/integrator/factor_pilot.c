@@ -74,9 +74,9 @@ static ca_status create_pilot(const ca_bidirectional *b, const ca_sampler *sampl
     input.pairs = NULL;
     input.memory_bytes = 0.0;
     input.first_light_path = 0;
-    input.guide = b->guide;
     rules.factors = rules.splat = false;
     const uint32_t light_paths = ca_factor_pilot_paths(b->light_paths);
+    CA_TRY(ca_integrator_set_guide(&ca_integrator_vavcm, b->guide, &input, error));
     CA_TRY(ca_integrator_set_number(&ca_integrator_vavcm, "light_paths", (double)light_paths, &input, error));
     CA_TRY(ca_integrator_set_number(&ca_integrator_vavcm, "camera_paths", 1.0, &input, error));
     void *state;

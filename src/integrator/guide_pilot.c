@@ -22,6 +22,7 @@ enum {
     LIGHT_PATHS = 8192, /* of a round; likewise: */
     CAMERA_PATHS = 2048,
     MANY_LIGHT_PATHS = 8 * LIGHT_PATHS, /* where these find too little */
+    FIRST_GROUP = 4, /* camera paths that are traced together, and the most of them */
     GROUP = 128,
     MOST_MERGES = 1 << 15, /* with so many a round ends; and if that is before this camera path: */
     LEAST_PATHS = 512,     /* again, with a smaller radius */
@@ -144,27 +145,30 @@ static void place(guide_pilot *p, uint32_t round, uint32_t i, ca_camera_path *pa
     p->paths[part_of(c, path->x, path->y)]++;
 }
 
-static void trace_group(guide_pilot *p, const void *state, uint32_t round, uint32_t first, ca_worker *worker)
+static void trace_group(guide_pilot *p, const void *state, uint32_t round, uint32_t first, uint32_t count,
+                        ca_worker *worker)
 {
     ca_film_sample samples[GROUP];
     ca_camera_path paths[GROUP];
-    for (uint32_t i = 0; i < GROUP; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         samples[i] = (ca_film_sample){0};
         paths[i] = (ca_camera_path){.sample = &samples[i]};
         place(p, round, first + i, &paths[i]);
     }
-    ca_integrator_pilot.camera_paths(state, paths, GROUP, 0, worker);
+    ca_integrator_pilot.camera_paths(state, paths, count, 0, worker);
 }
 
-/* *crowded: there were too many merges. */
+/* *crowded: there were too many merges. Each camera path may have a merge with every photon: the first groups are
+ * small. */
 static ca_status trace(guide_pilot *p, void *state, uint32_t round, bool *crowded, ca_error *error)
 {
     const ca_parallel parallel = {.workers = 1};
     ca_worker worker = {.index = 0};
     CA_TRY(ca_integrator_pilot.begin_round(state, round, 0, &parallel, &worker, error));
-    uint32_t traced = 0;
-    for (; traced < CAMERA_PATHS && worker.counters.merges <= MOST_MERGES; traced += GROUP) {
-        trace_group(p, state, round, traced, &worker);
+    uint32_t traced = 0, count;
+    for (; traced < CAMERA_PATHS && worker.counters.merges <= MOST_MERGES; traced += count) {
+        count = traced < FIRST_GROUP ? FIRST_GROUP : ca_min_u32(traced, GROUP);
+        trace_group(p, state, round, traced, count, &worker);
         if (p->out_of_memory) return ca_fail_memory(error, "the pilot of emission");
     }
     *crowded = traced < LEAST_PATHS;

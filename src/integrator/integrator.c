@@ -166,8 +166,19 @@ ca_status ca_integrator_limit_pilot(const ca_integrator_type *pilot, const ca_in
     const double max_depth = ca_integrator_value(type, from, "max_depth", -1.0);
     const double depth = max_depth < 0.0 ? MAX_DEPTH : fmin(max_depth, MAX_DEPTH);
     const double roulette = ca_integrator_value(type, from, "rr_depth", CA_ROULETTE_DEPTH);
+    const double hidden = ca_integrator_value(type, from, "hide_emitters", 0.0);
+    const ca_parameter hide = {.name = "hide_emitters", .kind = CA_PARAMETER_BOOLEAN, .number = hidden};
+    CA_TRY(ca_integrator_set(pilot, &hide, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "max_depth", depth, input, error));
     return ca_integrator_set_number(pilot, "rr_depth", fmin(roulette, LATEST_ROULETTE), input, error);
+}
+
+ca_status ca_integrator_set_guide(const ca_integrator_type *type, const ca_emission_guide *guide,
+                                  ca_integrator_input *input, ca_error *error)
+{
+    const ca_parameter guided = {.name = "guide", .kind = CA_PARAMETER_BOOLEAN, .number = guide != NULL};
+    input->guide = guide;
+    return ca_integrator_set(type, &guided, input, error);
 }
 
 /* "name=value" from the command line, as a number, a boolean or text. */

@@ -237,8 +237,12 @@ ca_status ca_integrator_set(const ca_integrator_type *type, const ca_parameter *
 ca_status ca_integrator_set_number(const ca_integrator_type *type, const char *name, double value,
                                    ca_integrator_input *input, ca_error *error);
 
-/* Gives a pilot the limits of the paths of `type`, as far as they are worth its time: at most 64 segments, and the
- * roulette from 16 on, at the latest. */
+/* Light paths start where this guide says; NULL: as usual, without looking for one. */
+ca_status ca_integrator_set_guide(const ca_integrator_type *type, const ca_emission_guide *guide,
+                                  ca_integrator_input *input, ca_error *error);
+
+/* Gives a pilot what says of `type` which light there is: whether emitters are hidden, and the limits of paths as far
+ * as they are worth its time: at most 64 segments, and the roulette from 16 on, at the latest. */
 ca_status ca_integrator_limit_pilot(const ca_integrator_type *pilot, const ca_integrator_type *type,
                                     const ca_integrator_input *from, ca_integrator_input *input, ca_error *error);
 

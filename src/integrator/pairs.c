@@ -115,7 +115,7 @@ static ca_status make_factors(const ca_bidirectional *b, ca_other_weights *other
     input.technique_images = NULL;
     input.camera_paths = NULL;
     input.memory_bytes = 0.0;
-    input.guide = b->guide;
+    CA_TRY(ca_integrator_set_guide(type, b->guide, &input, error));
     CA_TRY(ca_integrator_set_number(type, "light_paths", other->light_paths, &input, error));
     CA_TRY(ca_integrator_set_number(type, "camera_paths", other->camera_paths, &input, error));
     CA_TRY(ca_integrator_set_number(type, "radius", (double)b->radius0, &input, error));

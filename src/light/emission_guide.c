@@ -14,8 +14,10 @@
 /* So many samples of a light tell enough of it. */
 #define SAMPLES_OF_LIGHT 8.0
 
-/* A ball is at least this part of the scene's radius. */
+/* A ball is at least this part of the scene's radius, and of how far from it rays come: else the rounding of a ray's
+ * direction, or of its origin, is no small part of a ball's radius (INNER). */
 #define LEAST_RADIUS 1e-3f
+#define LEAST_ANGLE 0x1p-13f
 
 static bool can_be_aimed(const ca_light *light)
 {
@@ -105,12 +107,21 @@ static size_t join_samples(ca_guide_sample *samples, size_t count)
     return kept;
 }
 
+/* Of coordinates where rays come from infinity, else of the light's distances from surfaces: no more than this. */
+static float reach_of(const ca_light *light)
+{
+    ca_light_emission start = {.origin = {0.0f, 0.0f, 0.0f}};
+    if (!ca_light_is_infinite(light)) ca_light_start_emission(light, (ca_vec2){0.5f, 0.5f}, &start);
+    return ca_length(ca_sub(start.origin, light->scene_center)) + light->scene_radius;
+}
+
 static ca_status create_aim(ca_guide_aim *aim, const ca_light *light, ca_guide_sample *samples, size_t count,
                             ca_error *error)
 {
     ca_guide_ball balls[CA_GUIDE_MOST_BALLS];
     float shares[CA_GUIDE_MOST_BALLS + 1];
-    const uint32_t found = ca_guide_balls(samples, count, LEAST_RADIUS * light->scene_radius, balls);
+    const float least = ca_max(LEAST_RADIUS * light->scene_radius, LEAST_ANGLE * reach_of(light));
+    const uint32_t found = ca_guide_balls(samples, count, least, balls);
     if (found == 0) return CA_OK;
     aim->balls = ca_alloc(found, sizeof *aim->balls);
     if (!aim->balls) return ca_fail_memory(error, "the guide of emission");

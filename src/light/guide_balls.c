@@ -93,6 +93,7 @@ uint32_t ca_guide_balls(ca_guide_sample *points, size_t count, float least_radiu
     if (count < LEAST_OF_ALL) return 0;
     clusters[0] = make_cluster(points, count);
     const double all = clusters[0].weight;
+    if (!(all > 0.0)) return 0; /* weights that are too small for floats */
     balls[0] = ball_around(&clusters[0], all, least_radius);
     while (cluster_count < CA_GUIDE_MOST_BALLS - 1 && (next = widest(clusters, cluster_count))) {
         if (cut(next, &clusters[cluster_count]))

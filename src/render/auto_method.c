@@ -279,7 +279,9 @@ static void tell(chooser *c)
                                          .seconds_total = settings->seconds,
                                          .noise_percent = -1.0,
                                          .noise_target = settings->noise_percent};
+    const double start = c->start;
     if (!ca_render_tell(c->plan, &progress, &c->start)) c->ended = true;
+    c->trials_start += c->start - start; /* the caller's time is nobody's */
 }
 
 typedef struct trials_task {
@@ -409,7 +411,8 @@ static double seconds_for_choice(const chooser *c)
 {
     double whole = ca_method_whole_seconds(c->plan);
     if (!c->plan->open_ended) {
-        const double seconds = c->scores[ca_method_best(c->scores, c->scored)].seconds / c->plan->threads;
+        const ca_method_score *best = &c->scores[ca_method_best(c->scores, c->scored)];
+        const double seconds = best->seconds / ca_render_plan_threads(c->plan);
         whole = fmin(whole, c->plan->pass_limit * seconds);
     }
     return fmin(MOST_SECONDS, fmax(LEAST_SECONDS, CA_METHOD_SHARE * whole));

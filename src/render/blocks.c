@@ -32,6 +32,7 @@ typedef struct block_render {
     bool interrupted;
     bool out_of_memory; /* atomic: a worker, while it made a sample */
     const ca_ranks *ranks; /* borrowed; NULL: the render is this process's alone. Else likewise: */
+    bool gathered;         /* for the caller, who is being told of the progress */
     ca_rank_work work;
     ca_rank_film rank_film;
 } block_render;
@@ -183,7 +184,10 @@ static bool report_progress(block_render *r, uint64_t limit)
         .gather = r->ranks ? gather_for_progress : NULL,
         .render = r,
     };
-    return ca_render_tell(r->plan, &progress, &r->start);
+    r->gathered = false;
+    const bool goes_on = ca_render_tell(r->plan, &progress, &r->start);
+    if (r->gathered) ca_rank_work_go_on(&r->work, UINT64_MAX); /* no sum changes while its picture is made */
+    return goes_on;
 }
 
 /* ---- With other ranks ------------------------------------------------------------------------------------------ */
@@ -214,7 +218,7 @@ static void gather_for_progress(const ca_render_progress *progress)
 {
     block_render *r = progress->render;
     (void)gather(r, NULL); /* what fails on this rank fails again with the next block */
-    ca_rank_work_go_on(&r->work, UINT64_MAX);
+    r->gathered = true;
 }
 
 /* ---- Checkpoints ----------------------------------------------------------------------------------------------- */

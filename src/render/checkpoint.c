@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "render/part_settings.h"
 
+#include <errno.h>
 #include <math.h>
 #include <string.h>
 #include <unistd.h>
@@ -30,17 +31,28 @@ static ca_status fail_existing(const char *path, ca_error *error)
                    "%s: there is a checkpoint already: resume from it, remove it or take another name", path);
 }
 
+/* What cannot be looked at may be there. */
+static ca_status look_for(const char *path, bool *exists, ca_error *error)
+{
+    *exists = access(path, F_OK) == 0;
+    if (*exists || errno == ENOENT || errno == ENOTDIR) return CA_OK;
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: %s", path, strerror(errno));
+}
+
 /* A file that will perhaps never be made is locked when it is. */
 ca_status ca_checkpoint_start(ca_checkpoint *checkpoint, const ca_render_settings *settings, ca_error *error)
 {
     *checkpoint = (ca_checkpoint){.path = settings->checkpoint_path, .last = ca_clock_seconds()};
     if (!checkpoint->path) return CA_OK;
-    if (settings->checkpoint_if_long && access(checkpoint->path, F_OK) != 0) return CA_OK;
+    bool exists;
+    CA_TRY(look_for(checkpoint->path, &exists, error));
+    if (settings->checkpoint_if_long && !exists) return CA_OK;
     CA_TRY(lock(checkpoint, error));
-    const bool exists = access(checkpoint->path, F_OK) == 0;
-    if (exists && !settings->resume) {
+    ca_status status = look_for(checkpoint->path, &exists, error);
+    if (status == CA_OK && exists && !settings->resume) status = fail_existing(checkpoint->path, error);
+    if (status != CA_OK) {
         ca_checkpoint_end(checkpoint);
-        return fail_existing(settings->checkpoint_path, error);
+        return status;
     }
     checkpoint->resumes = checkpoint->is_kept = exists;
     return CA_OK;

@@ -197,13 +197,7 @@ static ca_status configure(ca_integrator_input *input, const ca_render_plan *pla
     const ca_integrator_type *pilot = &ca_integrator_pilot;
     const ca_integrator_desc nothing_set = {.name = NULL};
     const double side = sqrt(ca_render_plan_pixels(plan));
-    const ca_parameter hide = {
-        .name = "hide_emitters",
-        .kind = CA_PARAMETER_BOOLEAN,
-        .number = ca_integrator_value(plan->type, &plan->input, "hide_emitters", 0.0),
-    };
     CA_TRY(ca_integrator_configure(pilot, &nothing_set, false, NULL, input, error));
-    CA_TRY(ca_integrator_set(pilot, &hide, input, error));
     CA_TRY(ca_integrator_limit_pilot(pilot, plan->type, &plan->input, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "alpha", 0.0, input, error));
     CA_TRY(ca_integrator_set_number(pilot, "light_paths", light_paths, input, error));

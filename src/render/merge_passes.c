@@ -15,9 +15,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A range, and where it came from. */
+/* A range, and where it came from: the file's place among all. */
 typedef struct merged_range {
     const char *path;
+    size_t file;
     ca_pass_range range;
 } merged_range;
 
@@ -26,8 +27,8 @@ typedef struct merge {
     ca_pass_film_desc film_desc;
     ca_pass_part sum; /* its ranges come last; scene path, record and threads are those of the first passes */
     const char *first_path;
-    merged_range *ranges; /* owned */
-    size_t range_count, range_capacity;
+    merged_range *ranges; /* owned; in the order of passes */
+    size_t range_count, range_capacity, file_count;
 } merge;
 
 #define RANGE(r) (unsigned long long)(r).begin, (unsigned long long)(r).end
@@ -43,16 +44,21 @@ static ca_status check_same(const merge *m, const ca_pass_reader *reader, ca_err
                    reader->path);
 }
 
-static ca_status check_overlap(const merge *m, const char *path, ca_pass_range range, ca_error *error)
+static int by_begin(const void *a, const void *b)
 {
-    for (size_t i = 0; i < m->range_count; i++) {
-        const merged_range *other = &m->ranges[i];
-        if (range.begin < other->range.end && other->range.begin < range.end)
-            return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                           "%.300s with the passes %llu:%llu and %.300s with %llu:%llu overlap", other->path,
-                           RANGE(other->range), path, RANGE(range));
-    }
-    return CA_OK;
+    const merged_range *x = a, *y = b;
+    return (x->range.begin > y->range.begin) - (x->range.begin < y->range.begin);
+}
+
+/* Of two that follow each other. */
+static ca_status check_apart(const merged_range *a, const merged_range *b, ca_error *error)
+{
+    if (a->range.end <= b->range.begin) return CA_OK;
+    const bool swapped = b->file < a->file;
+    const merged_range *first = swapped ? b : a, *second = swapped ? a : b;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "%.300s with the passes %llu:%llu and %.300s with %llu:%llu overlap", first->path,
+                   RANGE(first->range), second->path, RANGE(second->range));
 }
 
 static ca_status check_replicates(const merge *m, const char *path, ca_pass_range range, ca_error *error)
@@ -65,20 +71,19 @@ static ca_status check_replicates(const merge *m, const char *path, ca_pass_rang
                    path, RANGE(range), each);
 }
 
-static ca_status add_range(merge *m, const char *path, ca_pass_range range, ca_error *error)
+/* Those of a file. */
+static ca_status add_ranges(merge *m, const ca_pass_reader *reader, ca_error *error)
 {
-    CA_TRY(check_overlap(m, path, range, error));
-    merged_range *ranges = ca_array_grow(m->ranges, &m->range_capacity, m->range_count + 1, sizeof *ranges);
+    const ca_pass_part *part = &reader->part;
+    const size_t count = m->range_count + part->range_count, file = m->file_count++;
+    merged_range *ranges = ca_array_grow(m->ranges, &m->range_capacity, count, sizeof *ranges);
     if (!ranges) return ca_fail_memory(error, "the part files");
     m->ranges = ranges;
-    m->ranges[m->range_count++] = (merged_range){path, range};
+    for (size_t i = 0; i < part->range_count; i++)
+        m->ranges[m->range_count++] = (merged_range){reader->path, file, part->ranges[i]};
+    qsort(m->ranges, count, sizeof *m->ranges, by_begin);
+    for (size_t i = 1; i < count; i++) CA_TRY(check_apart(&m->ranges[i - 1], &m->ranges[i], error));
     return CA_OK;
-}
-
-static int by_begin(const void *a, const void *b)
-{
-    const merged_range *x = a, *y = b;
-    return x->range.begin < y->range.begin ? -1 : 1; /* they do not overlap: none are equal */
 }
 
 /* Ranges that follow each other become one. */
@@ -86,7 +91,6 @@ static ca_status join_ranges(merge *m, ca_error *error)
 {
     ca_pass_part *sum = &m->sum;
     assert(m->ranges && m->range_count > 0); /* a file has one at least */
-    qsort(m->ranges, m->range_count, sizeof *m->ranges, by_begin);
     ca_free(sum->ranges);
     sum->range_count = 0;
     sum->ranges = ca_alloc(m->range_count, sizeof *sum->ranges);
@@ -137,6 +141,7 @@ static void add_totals(merge *m, ca_pass_part *part)
     ca_pass_part *sum = &m->sum;
     for (int i = 0; i < CA_PART_COUNTS; i++) sum->counts[i] += part->counts[i];
     sum->seconds += part->seconds;
+    sum->looks = (ca_pass_looks){0}; /* nobody has looked at the noise of them together */
     if (part->ranges[0].begin >= sum->ranges[0].begin) return;
     sum->ranges[0].begin = part->ranges[0].begin;
     sum->threads = part->threads;
@@ -161,10 +166,9 @@ static ca_status add_file(merge *m, ca_pass_reader *reader, bool alone, ca_error
     const ca_pass_part *part = &reader->part;
     if (!first) CA_TRY(check_same(m, reader, error));
     if (first) m->film_desc = reader->film;
-    for (size_t i = 0; i < part->range_count; i++) {
-        if (!alone) CA_TRY(check_replicates(m, reader->path, part->ranges[i], error));
-        CA_TRY(add_range(m, reader->path, part->ranges[i], error));
-    }
+    for (size_t i = 0; i < part->range_count && !alone; i++)
+        CA_TRY(check_replicates(m, reader->path, part->ranges[i], error));
+    CA_TRY(add_ranges(m, reader, error));
     if (first) return take_first(m, reader, error);
     CA_TRY(ca_pass_reader_add(reader, &m->film, false, error));
     add_totals(m, &reader->part);
@@ -313,9 +317,7 @@ static ca_status add_ranges_of(merge *m, const char *path, ca_error *error)
 {
     ca_pass_reader reader;
     CA_TRY(ca_pass_reader_open(&reader, path, error));
-    ca_status status = CA_OK;
-    for (size_t i = 0; i < reader.part.range_count && status == CA_OK; i++)
-        status = add_range(m, path, reader.part.ranges[i], error);
+    const ca_status status = add_ranges(m, &reader, error);
     ca_pass_reader_close(&reader);
     return status;
 }

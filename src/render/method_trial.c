@@ -22,7 +22,7 @@ enum { GROUP = 256, MET = 8 };
 
 /* What is expected of a render of which nothing is known: its time, s, and the camera paths of a thread a second. */
 #define USUAL_RENDER_SECONDS 25.0
-#define CAMERA_PATHS_PER_SECOND 4e5
+#define USUAL_CAMERA_PATHS_PER_SECOND 4e5
 
 /* Of the pilot of the radius, for each second of a processor that the render is expected to take: three such pilots
  * take a thirtieth of it. */
@@ -133,14 +133,14 @@ double ca_method_whole_seconds(const ca_render_plan *plan)
 double ca_method_passes(const ca_render_plan *plan, double seconds)
 {
     const double passes = plan->open_ended ? (double)INFINITY : plan->pass_limit - plan->first_pass;
-    const double in_time = ca_method_whole_seconds(plan) * plan->threads / fmax(seconds, SHORTEST);
+    const double in_time = ca_method_whole_seconds(plan) * ca_render_plan_threads(plan) / fmax(seconds, SHORTEST);
     return fmin(passes, fmax(1.0, ceil(in_time)));
 }
 
 /* Before it is known: of one iteration. */
 static double expected_seconds(const ca_render_plan *plan)
 {
-    return ca_render_plan_pixels(plan) * plan->camera_paths / CAMERA_PATHS_PER_SECOND;
+    return ca_render_plan_pixels(plan) * plan->camera_paths / USUAL_CAMERA_PATHS_PER_SECOND;
 }
 
 static double expected_passes(const ca_render_plan *plan) { return ca_method_passes(plan, expected_seconds(plan)); }
@@ -156,7 +156,8 @@ static uint32_t scaled(uint32_t size, double factor) { return (uint32_t)fmax(1.0
 
 ca_trial_cells ca_trial_cells_of(const ca_render_plan *plan)
 {
-    const double factor = fmin(1.0, sqrt(CA_TRIAL_CELLS / ca_render_plan_pixels(plan)));
+    const double most = fmin(CA_TRIAL_CELLS, (double)CA_TRIAL_CELLS * GROUP / plan->camera_paths);
+    const double factor = fmin(1.0, sqrt(most / ca_render_plan_pixels(plan)));
     return (ca_trial_cells){.width = scaled(plan->crop[2] - plan->crop[0], factor),
                             .height = scaled(plan->crop[3] - plan->crop[1], factor)};
 }
@@ -255,7 +256,7 @@ ca_status ca_method_trial_create(ca_method_trial *trial, const ca_render_plan *p
     CA_TRY(make_plan(trial, plan, radii, error));
     trial->crop_pixels = ca_render_plan_pixels(plan);
     const bool guided = ca_integrator_value(method->type, &trial->plan.input, "guide", 0.0) != 0.0;
-    trial->plan.input.guide = guided ? guide : NULL;
+    if (guided) CA_TRY(ca_integrator_set_guide(method->type, guide, &trial->plan.input, error));
     trial->plan.input.tells_shown = true;
     trial->shown = ca_alloc_zeroed(ca_trial_cell_count(&trial->cells), sizeof *trial->shown);
     if (!trial->shown) return ca_fail_memory(error, "the trials");
@@ -305,17 +306,27 @@ static void place(const ca_method_trial *trial, uint32_t cell, uint32_t *x, uint
     *y = crop[1] + ca_middle_of_part(row, trial->cells.height, crop[3] - crop[1]);
 }
 
-/* A sample of a pixel: the mean of its camera paths, and splats. What is no radiance is left out, as by the film. */
-static void add_sample(ca_method_trial *trial, uint32_t cell, const ca_camera_path *paths, uint32_t count)
+/* What camera paths have found of a cell. */
+typedef struct cell_light {
+    double found, shown;
+} cell_light;
+
+static void add_paths(cell_light *light, const ca_camera_path *paths, uint32_t count)
 {
-    const ca_integrator_type *type = trial->method.type;
-    double sum = 0.0, shown = 0.0;
     for (uint32_t i = 0; i < count; i++) {
         const ca_film_sample *sample = paths[i].sample;
-        const double weight = (double)sample->filter_weight / count;
-        sum += weight * ((double)ca_luminance(sample->radiance) - (double)paths[i].shown);
-        shown += weight * (double)paths[i].shown;
+        const double weight = (double)sample->filter_weight, shown = (double)paths[i].shown;
+        light->found += weight * ((double)ca_luminance(sample->radiance) - shown);
+        light->shown += weight * shown;
     }
+}
+
+/* A sample of a pixel: the mean of its camera paths, and splats. What is no radiance is left out, as by the film. */
+static void add_sample(ca_method_trial *trial, uint32_t cell, const cell_light *light)
+{
+    const ca_integrator_type *type = trial->method.type;
+    double sum = light->found / trial->plan.camera_paths;
+    const double shown = light->shown / trial->plan.camera_paths;
     if (type->splat) {
         uint32_t x, y;
         place(trial, cell, &x, &y);
@@ -326,19 +337,29 @@ static void add_sample(ca_method_trial *trial, uint32_t cell, const ca_camera_pa
     if (isfinite(shown)) trial->shown[cell] += shown;
 }
 
-/* So many cells from the first, GROUP camera paths at most. */
-static void trace_cells(ca_method_trial *trial, uint32_t first, uint32_t count)
+/* Of each of `count` cells from the first, `each` camera paths from number `begin` on; GROUP paths at most. */
+static void trace_group(const ca_method_trial *trial, uint32_t first, uint32_t count, uint32_t begin, uint32_t each,
+                        cell_light *light)
 {
-    const uint32_t of_pixel = ca_min_u32(trial->plan.camera_paths, GROUP);
     ca_film_sample samples[GROUP] = {0};
     ca_camera_path paths[GROUP];
-    for (uint32_t i = 0; i < count * of_pixel; i++) {
-        const uint32_t cell = first + i / of_pixel;
-        paths[i] = (ca_camera_path){.index = pass_of(trial, cell) * of_pixel + i % of_pixel, .sample = &samples[i]};
+    for (uint32_t i = 0; i < count * each; i++) {
+        const uint32_t cell = first + i / each, number = begin + i % each;
+        paths[i] = (ca_camera_path){.index = pass_of(trial, cell) * trial->plan.camera_paths + number,
+                                    .sample = &samples[i]};
         place(trial, cell, &paths[i].x, &paths[i].y);
     }
-    trial->method.type->camera_paths(trial->integrator, paths, count * of_pixel, 0, trial->workers.list);
-    for (uint32_t i = 0; i < count; i++) add_sample(trial, first + i, &paths[(size_t)i * of_pixel], of_pixel);
+    trial->method.type->camera_paths(trial->integrator, paths, count * each, 0, trial->workers.list);
+    for (uint32_t i = 0; i < count; i++) add_paths(&light[i], &paths[(size_t)i * each], each);
+}
+
+static void trace_cells(ca_method_trial *trial, uint32_t first, uint32_t count)
+{
+    const uint32_t of_pixel = trial->plan.camera_paths;
+    cell_light light[GROUP] = {{0.0, 0.0}};
+    for (uint32_t begin = 0; begin < of_pixel; begin += GROUP)
+        trace_group(trial, first, count, begin, ca_min_u32(of_pixel - begin, GROUP), light);
+    for (uint32_t i = 0; i < count; i++) add_sample(trial, first + i, &light[i]);
 }
 
 static void keep_least(double *least, double seconds, uint32_t iteration)

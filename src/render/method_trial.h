@@ -2,10 +2,11 @@
  *
  * The trial's picture is the plan's, rendered part included, with larger pixels. Light paths are fewer and the merge
  * radius is larger by the same factor, so that a merge finds as many photons and each technique has the same weight;
- * the radius is the mean one of the whole render. Camera paths are traced for CA_TRIAL_CELLS pixels at most, spread
- * over the picture. They start from a part of a pixel that is as large as a pixel of the render, since what changes
- * within a pixel is noise. The trial's random numbers are its own: no sample of the render has any part in the choice
- * of its method. */
+ * the radius is the mean one of the whole render. Camera paths are traced for CA_TRIAL_CELLS pixels at most, fewer
+ * where each has very many, spread over the picture. They start from a part of a pixel that is as large as a pixel of
+ * the render, since what changes within a pixel is noise. The trial's random numbers are its own: no sample of the
+ * render has any part in the choice of its method.
+ */
 #ifndef CA_RENDER_METHOD_TRIAL_H
 #define CA_RENDER_METHOD_TRIAL_H
 

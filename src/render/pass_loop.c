@@ -36,7 +36,10 @@ static bool report_progress(ca_pass_render *r)
         .gather = r->ranks ? gather_for_progress : NULL,
         .render = r,
     };
-    return ca_render_tell(r->plan, &progress, &r->start);
+    r->gathered = false;
+    const bool goes_on = ca_render_tell(r->plan, &progress, &r->start);
+    if (r->gathered) ca_rank_work_go_on(&r->work, r->work.look); /* no sum changes while its picture is made */
+    return goes_on;
 }
 
 static bool should_stop(const ca_pass_render *r)
@@ -93,7 +96,7 @@ static void gather_for_progress(const ca_render_progress *progress)
 {
     ca_pass_render *r = progress->render;
     (void)gather(r, NULL); /* what fails on this rank fails again with the next pass */
-    ca_rank_work_go_on(&r->work, r->work.look);
+    r->gathered = true;
 }
 
 /* ---- Checkpoints ----------------------------------------------------------------------------------------------- */
@@ -138,7 +141,7 @@ static void keep(ca_pass_render *r)
 }
 
 /* The time that was taken before counts. With the target that it had, the noise is looked at where it would have
- * been; with another one now. */
+ * been; with another one now, and where ranks had made the passes but had not looked yet. */
 static void resume(ca_pass_render *r)
 {
     const ca_pass_looks *before = &r->kept.looks;
@@ -146,7 +149,8 @@ static void resume(ca_pass_render *r)
     r->start -= r->kept.seconds;
     r->seconds = r->kept.seconds;
     ca_noise_looks_recall(&r->looks, before->noise, before->next);
-    if (before->target != r->looks.target && r->looks.target > 0.0) look(r);
+    if (r->looks.target <= 0.0) return;
+    if (before->target != r->looks.target || ca_noise_looks_due(&r->looks, r->passes)) look(r);
 }
 
 /* ---- The loop -------------------------------------------------------------------------------------------------- */
@@ -174,7 +178,7 @@ static ca_status make_passes(ca_pass_render *r, ca_error *error)
 static uint64_t next_look(const ca_pass_render *r)
 {
     if (r->looks.target <= 0.0) return UINT64_MAX;
-    const double next = fmax(ceil(r->looks.next), r->passes + 1.0);
+    const double next = fmin(fmax(ceil(r->looks.next), r->passes + 1.0), passes_planned(r->plan) + 1.0);
     return r->plan->first_pass + (uint64_t)next;
 }
 

@@ -494,8 +494,9 @@ ca_status ca_render_plan_recount(ca_render_plan *plan, ca_error *error)
     return ca_render_plan_take_range(plan, error);
 }
 
-/* Of a render that is not limited by samples: of each thread. */
-#define CAMERA_PATHS_PER_SECOND 2.5e6
+/* Of a render that is not limited by samples: of each thread, where the scene is simple. Who asks wants to know how
+ * often light is met at best; for usual scenes see method_trial.c. */
+#define BEST_CAMERA_PATHS_PER_SECOND 2.5e6
 #define SECONDS_TO_NOISE 3600.0
 
 /* A number of samples and a time may both be set: the first to be reached ends the render. */
@@ -505,8 +506,7 @@ double ca_render_plan_expected_passes(const ca_render_plan *plan)
     const double given = plan->settings->seconds, most = plan->open_ended ? (double)INFINITY : passes;
     const double seconds = given > 0.0 ? given : plan->open_ended ? SECONDS_TO_NOISE : (double)INFINITY;
     const double paths = ca_render_plan_pixels(plan) * plan->camera_paths;
-    const double threads = (double)plan->threads * (plan->settings->ranks ? plan->settings->ranks->count : 1);
-    return fmin(most, fmax(1.0, ceil(seconds * threads * CAMERA_PATHS_PER_SECOND / paths)));
+    return fmin(most, fmax(1.0, ceil(seconds * ca_render_plan_threads(plan) * BEST_CAMERA_PATHS_PER_SECOND / paths)));
 }
 
 /* Films whose numbers of rays are chosen are joined with weights: they need not add up in parts. */

@@ -130,6 +130,15 @@ static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
                              plan->settings->ranks ? NULL : plan->input.stop, error);
 }
 
+/* What ranks tell each other, and when, follows from the integrator: before anything else it must be the same. */
+static ca_status agree_on_integrator(const ca_render_plan *plan, ca_error *error)
+{
+    char text[128];
+    if (!plan->settings->ranks) return CA_OK;
+    snprintf(text, sizeof text, "version %s\nintegrator %s\n", ca_version(), plan->type->name);
+    return ca_part_settings_agree(plan->settings->ranks, text, error);
+}
+
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                              ca_error *error)
 {
@@ -139,6 +148,7 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     ca_status status = keep_memory_back(plan, error);
     if (status == CA_OK && ca_render_plan_chooses(plan)) status = ca_pass_settings_make(plan, 0, &plan->asked, error);
     status = ca_ranks_agree(plan->settings->ranks, status, error);
+    if (status == CA_OK) status = agree_on_integrator(plan, error);
     if (status == CA_OK) status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
     if (status == CA_OK && *image) status = ca_aov_layers_add(plan, statistics->samples_per_pixel, *image, error);

@@ -11,6 +11,7 @@
 #include "film/film.h"
 #include "integrator/integrator.h"
 #include "noise/ray_numbers.h"
+#include "render/ranks.h"
 
 /* Where the numbers of light paths and camera paths come from; OF_RECORD: a file tells all that was decided in a
  * render with rays "auto" (auto_record.h). */
@@ -60,6 +61,12 @@ static inline bool ca_render_plan_joins(const ca_render_plan *plan)
 }
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }
+
+/* Of all ranks. */
+static inline double ca_render_plan_threads(const ca_render_plan *plan)
+{
+    return (double)plan->threads * (plan->settings->ranks ? plan->settings->ranks->count : 1);
+}
 
 /* No coordinate of the scene is larger; > 0. */
 float ca_render_plan_extent(const ca_render_plan *plan);

@@ -49,7 +49,7 @@ static ca_status develop(const ca_pass_render *r, const ca_render_statistics *st
     CA_TRY(ca_film_develop(&r->film, r->plan->threads, image, error));
     ca_status status = ca_render_attach_record(r->plan, statistics, *image, error);
     if (status == CA_OK && r->rays.light_paths > 0)
-        status = ca_ray_file_add_layers(&r->rays, r->passes, *image, error);
+        status = ca_ray_file_add_layers(&r->rays, (uint32_t)statistics->iterations, *image, error);
     if (status != CA_OK) {
         ca_layers_destroy(*image);
         *image = NULL;

@@ -20,6 +20,7 @@ typedef struct ca_pass_render {
     double look_seconds;  /* then */
     bool interrupted;
     const ca_ranks *ranks; /* borrowed; NULL: the render is this process's alone. Else likewise: */
+    bool gathered; /* for the caller, who is being told of the progress */
     ca_rank_work work;
     ca_rank_film rank_film;
 } ca_pass_render;

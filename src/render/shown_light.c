@@ -27,7 +27,7 @@ typedef struct shown_run {
     const ca_render_plan *plan;
     const ca_integrator_input *input;
     const void *integrator;
-    ca_worker worker;
+    ca_worker *worker;
     uint32_t paths, margin; /* of a pixel; pixels around a square from which its filters get light */
     shown_point *points;    /* owned; of a square; likewise: */
     shown_sums sums[SIDE * SIDE];
@@ -74,7 +74,7 @@ static void trace_group(shown_run *r, square s, size_t first, uint32_t count)
                                     .index = (uint32_t)((first + i) % r->paths),
                                     .sample = &samples[i]};
     }
-    ca_integrator_ppm.camera_paths(r->integrator, paths, count, 0, &r->worker);
+    ca_integrator_ppm.camera_paths(r->integrator, paths, count, 0, r->worker);
     for (uint32_t i = 0; i < count; i++) r->points[first + i] = point_of(r, &paths[i]);
 }
 
@@ -199,10 +199,12 @@ static ca_status configure(const ca_render_plan *plan, ca_integrator_input *inpu
 static ca_status trace(shown_run *r, ca_integrator_input *input, double camera_paths, ca_error *error)
 {
     const ca_parallel parallel = {.workers = 1, .stop = input->stop};
+    ca_worker worker = {.index = 0};
     void *state;
     CA_TRY(ca_integrator_ppm.create(input, &state, error));
     r->integrator = state;
-    ca_status status = ca_integrator_ppm.begin_round(state, 0, 0, &parallel, &r->worker, error);
+    r->worker = &worker;
+    ca_status status = ca_integrator_ppm.begin_round(state, 0, 0, &parallel, &worker, error);
     if (status == CA_OK) status = look(r, camera_paths, error);
     ca_integrator_ppm.destroy(state);
     return status;
