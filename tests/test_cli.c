@@ -241,6 +241,18 @@ static void test_wrong_usage(void **state)
     }
 }
 
+/* `--stats "$UNSET"`: refused before the work. */
+static void test_empty_names(void **state)
+{
+    static const char *const options[] = {"--stats", "--dump-strategies", "-o"};
+    for (int i = 0; i < 3; i++) {
+        ca_program_result r;
+        RUN(&r, "render", "ball.xml", "-i", "bdpt:max_depth=3", options[i], "");
+        assert_int_equal(r.exit_status, 2);
+        assert_false(exists(folder_of(state), "ball.exr"));
+    }
+}
+
 /* Numbers in the environment are checked as those of options are: what a launcher of several processes tells. */
 static void test_wrong_numbers_in_the_environment(void **state)
 {
@@ -570,6 +582,7 @@ int main(void)
         PROGRAM_TEST(test_one_is_singular),
         PROGRAM_TEST(test_help_lists_the_integrators),
         PROGRAM_TEST(test_wrong_usage),
+        PROGRAM_TEST(test_empty_names),
         PROGRAM_TEST(test_wrong_numbers_in_the_environment),
         PROGRAM_TEST(test_failures_of_the_world),
         PROGRAM_TEST(test_full_disk_of_standard_output),

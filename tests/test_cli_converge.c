@@ -124,6 +124,23 @@ static void test_writes_results(void **state)
     free(csv);
 }
 
+/* What is read is not written over. */
+static void test_reference_among_the_pictures(void **state)
+{
+    ca_program_result r;
+    char folder[160];
+    snprintf(folder, sizeof folder, "%s/over", folder_of(state));
+    assert_int_equal(mkdir(folder, 0777), 0);
+    snprintf(folder, sizeof folder, "%s/over/pictures", folder_of(state));
+    assert_int_equal(mkdir(folder, 0777), 0);
+    RUN(&r, "render", "ball.xml", "-o", "over/pictures/reference.png", "--quiet");
+    assert_exit(&r, 0);
+    RUN(&r, "converge", "ball.xml", "-i", "path", "--spp=1", "-r", "over/pictures/reference.png", "-o", "over");
+    assert_int_equal(r.exit_status, 2);
+    assert_says(r.errors, "over/pictures/reference.png");
+    assert_false(exists(folder_of(state), "over/index.html"));
+}
+
 /* The numbers are those of other commands for the same image; random numbers are those of the render. */
 static void test_numbers(void **state)
 {
@@ -402,6 +419,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         REFERENCE_TEST(test_writes_results),
+        REFERENCE_TEST(test_reference_among_the_pictures),
         REFERENCE_TEST(test_numbers),
         REFERENCE_TEST(test_slopes),
         REFERENCE_TEST(test_resumes),

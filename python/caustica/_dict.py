@@ -89,8 +89,8 @@ class Mesh:
 
 def _rows(array, kind, columns, name):
     given = np.asarray(array)
-    if kind == np.uint32 and given.size and (given.min() < 0 or given.dtype.kind not in "iu"):
-        raise ValueError(f"{name} are indices, which are integers and not negative")
+    if kind == np.uint32 and given.size and (given.dtype.kind not in "iu" or given.min() < 0 or given.max() >= 2**32):
+        raise ValueError(f"{name} are indices, which are integers, not negative and below 2^32")
     array = np.ascontiguousarray(given, dtype=kind)
     if array.ndim != 2 or array.shape[1] != columns:
         raise ValueError(f"{name} have the shape (n, {columns}), not {array.shape}")

@@ -103,7 +103,7 @@ class Image:
     def channels(self):
         """The names of all channels, in the order of the file."""
         count = lib.ca_image_channel_count(self._pointer)
-        return [ffi.string(lib.ca_image_channel_name(self._pointer, i)).decode() for i in range(count)]
+        return [_name(lib.ca_image_channel_name(self._pointer, i)) for i in range(count)]
 
     @property
     def attributes(self):
@@ -111,15 +111,15 @@ class Image:
         found, index = {}, 0
         name, text, number = ffi.new("char **"), ffi.new("char **"), ffi.new("double *")
         while lib.ca_image_attribute(self._pointer, index, name, text, number):
-            found[ffi.string(name[0]).decode()] = ffi.string(text[0]).decode() if text[0] else number[0]
+            found[_name(name[0])] = ffi.string(text[0]).decode(errors="replace") if text[0] else number[0]
             index += 1
         return found
 
     def __contains__(self, name):
-        return lib.ca_image_channel(self._pointer, name.encode()) != ffi.NULL
+        return lib.ca_image_channel(self._pointer, name.encode(errors="surrogateescape")) != ffi.NULL
 
     def __getitem__(self, name):
-        pointer = lib.ca_image_channel(self._pointer, name.encode())
+        pointer = lib.ca_image_channel(self._pointer, name.encode(errors="surrogateescape"))
         if not pointer:
             raise KeyError(f"no channel \"{name}\"; there are {', '.join(self.channels)}")
         return np.asarray(_Pixels(self, pointer, self.shape))
@@ -162,6 +162,15 @@ class Image:
         return f"<caustica.Image of {self.width} x {self.height} pixels, {len(self.channels)} channels>"
 
 
+def _name(text):
+    """A file's name of something, which may be no UTF-8."""
+    return ffi.string(text).decode(errors="surrogateescape")
+
+
+def _with_alpha(image):
+    return np.stack([image[c] for c in ("RGBA" if "A" in image else "RGB")], axis=2)
+
+
 class Bitmap:
     """A picture from a file or an array (height, width[, 1 to 4]), as textures take it: linear float32 values, whatever the file
     or the array has; uint8 and uint16 are sRGB. np.asarray(bitmap) is its array. A texture with "raw" takes what the file or the
@@ -170,14 +179,14 @@ class Bitmap:
     def __init__(self, source):
         self._file = os.path.abspath(source) if isinstance(source, (str, os.PathLike)) else None
         self._given = source if self._file is None else None
-        self.array = linear(source if self._file is None else Image.load(source))
+        self.array = linear(source if self._file is None else _with_alpha(Image.load(source)))
 
     def write(self, path):
         """To an .exr, .png or .pfm file."""
         write_bitmap(path, self.array)
 
     def __array__(self, dtype=None, copy=None):
-        if copy is False and dtype not in (None, np.float32):
+        if copy is False and dtype is not None and np.dtype(dtype) != np.float32:
             raise ValueError(f"values are float32: an array of {np.dtype(dtype)} is a copy")
         return self.array.astype(dtype or np.float32, copy=bool(copy))
 

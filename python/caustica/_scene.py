@@ -111,8 +111,10 @@ class _Source:
             self.struct.camera = self._text(sensor)
         else:
             self.struct.sensor = sensor
-        self.struct.text, self.struct.size = (self._text(text), len(text.encode())) if text is not None else (ffi.NULL, 0)
-        self.struct.path = self._text(path)
+        bytes_ = text.encode() if text is not None else b""
+        self.struct.text = self._keep(ffi.new("char[]", bytes_)) if text is not None else ffi.NULL
+        self.struct.size = len(bytes_)
+        self.struct.path = self._path(path)
         self.struct.previous = previous._pointer if previous is not None else ffi.NULL
         self.struct.defines, self.struct.define_count = self._defines(defines or {})
         self.struct.meshes, self.struct.mesh_count = self._meshes(meshes)
@@ -123,7 +125,10 @@ class _Source:
         return cdata
 
     def _text(self, text):
-        return self._keep(ffi.new("char[]", os.fsencode(text)))
+        return self._keep(ffi.new("char[]", text.encode()))
+
+    def _path(self, path):
+        return self._keep(ffi.new("char[]", os.fsencode(path)))
 
     def _numbers(self, kind, array):
         return ffi.NULL if array is None else self._keep(ffi.from_buffer(f"{kind}[]", array))

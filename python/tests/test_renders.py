@@ -58,6 +58,8 @@ def test_pictures(image):
             np.array(image, copy=False)
         bitmap = caustica.Bitmap(image)
         assert np.array(bitmap, copy=False) is bitmap.array and np.array(bitmap) is not bitmap.array
+        with pytest.raises(ValueError, match="copy"):
+            np.array(bitmap, dtype=np.float64, copy=False)
     assert image.attributes["caustica.integrator"].startswith("path:max_depth=4")
     with pytest.raises(KeyError, match="no channel \"Q\""):
         image["Q"]

@@ -53,6 +53,7 @@ def test_arrays_may_have_any_kind_of_numbers():
     (([[0, 0]], [[0, 0, 0]]), "vertices have the shape (n, 3)"),
     (([[0, 0, 0]], [[0, -1, 0]]), "not negative"),
     (([[0, 0, 0]], [[0.5, 0, 0]]), "integers"),
+    (([[0, 0, 0]], [[0, 0, 2**32]]), "below 2^32"),
     (([[0, 0, 0]], [[0, 0, 0]], [[0, 0, 1], [0, 0, 1]]), "2 normals for 1 vertices"),
 ])
 def test_wrong_arrays(arguments, words):
@@ -102,6 +103,13 @@ def test_raw_bitmaps(tmp_path):
     assert np.allclose(seen(caustica.Bitmap(tmp_path / "grey.png"), raw=True), expected, rtol=1e-5)
     with pytest.raises(caustica.SceneError, match="uint8 or uint16, not int64"):
         seen(np.full((2, 3), 1, np.int64))
+
+
+def test_alpha_of_a_file(tmp_path):
+    path = str(tmp_path / "alpha.exr")
+    array = np.linspace(0, 1, 2 * 3 * 4, dtype=np.float32).reshape(2, 3, 4)
+    caustica.Bitmap(array).write(path)
+    assert np.array_equal(caustica.Bitmap(path).array, array)
 
 
 def test_dollars_are_plain(tmp_path):

@@ -1,7 +1,11 @@
+#define _POSIX_C_SOURCE 200809L
 #include "base/loading.h"
 
 #include <stdio.h>
 #include <string.h>
+
+/* Bytes of a file's name that are told. */
+enum { MOST_OF_NAME = 60 };
 
 typedef struct looking {
     ca_loading_look look; /* NULL: nobody does */
@@ -58,7 +62,9 @@ void ca_loading_step(const char *what, size_t done, size_t count)
 void ca_loading_file(const char *path)
 {
     if (!now.look) return;
-    const char *slash = strrchr(path, '/');
-    snprintf(now.what, sizeof now.what, "%s %.60s", now.word, slash ? slash + 1 : path);
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    size_t length = strnlen(name, MOST_OF_NAME);
+    while (length == MOST_OF_NAME && length > 0 && ((unsigned char)name[length] & 0xc0) == 0x80) length--;
+    snprintf(now.what, sizeof now.what, "%s %.*s", now.word, (int)length, name);
     ca_loading_tell(0.0);
 }

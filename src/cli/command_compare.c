@@ -350,7 +350,8 @@ static ca_status compare_resampled(const comparing *c, const ca_image_layers *im
 /* Files of whole numbers hold what a display shows, nothing brighter. */
 static bool is_display_file(const char *path)
 {
-    static const char *const extensions[] = {".png", ".jpg", ".jpeg", ".tga", ".bmp", ".ppm", ".pgm", ".webp"};
+    static const char *const extensions[] = {".png", ".jpg", ".jpeg", ".tga", ".bmp",
+                                             ".ppm", ".pgm", ".pnm",  ".webp"};
     for (size_t i = 0; i < sizeof extensions / sizeof extensions[0]; i++)
         if (strcasecmp(ca_path_extension(path), extensions[i]) == 0) return true;
     return false;

@@ -371,8 +371,34 @@ static ca_status make_folder(const char *path, ca_error *error)
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot make this folder: %s", path, strerror(errno));
 }
 
+/* pictures/NAME.png, and its close-ups. */
+static ca_status check_picture(ca_converge *c, ca_places *places, const char *name, ca_error *error)
+{
+    const size_t chosen = c->options->closeups.count, closeups = chosen > 0 ? chosen : 1;
+    for (size_t k = 0; k <= closeups; k++) {
+        char number[32] = "";
+        if (k > 0) snprintf(number, sizeof number, "-%zu", k);
+        const char *path = ca_converge_path(c, "pictures/%s%s.png", name, number);
+        if (!path) return ca_fail_memory(error, "the pictures");
+        CA_TRY(ca_places_check(places, path, "--output", error));
+    }
+    return CA_OK;
+}
+
+static ca_status check_pictures(ca_converge *c, ca_places *places, ca_error *error)
+{
+    CA_TRY(check_picture(c, places, "reference", error));
+    for (size_t i = 0; i < c->integrator_count; i++) {
+        char deviation[256];
+        snprintf(deviation, sizeof deviation, "%.200s-deviation", c->integrators[i].name);
+        CA_TRY(check_picture(c, places, c->integrators[i].name, error));
+        CA_TRY(check_picture(c, places, deviation, error));
+    }
+    return CA_OK;
+}
+
 /* Renders that are there are written again where their settings are others. */
-static ca_status note_places(const ca_converge *c, ca_places *places, ca_error *error)
+static ca_status note_places(ca_converge *c, ca_places *places, ca_error *error)
 {
     static const char *const names[] = {"index.html",      "images.html",       "renders.csv",
                                         "error-time.svg", "error-samples.svg", "converge.json"};
@@ -382,10 +408,10 @@ static ca_status note_places(const ca_converge *c, ca_places *places, ca_error *
         CA_TRY(ca_places_write_in(places, c->options->folder, names[i], "--output", error));
     for (size_t i = 0; i < c->render_count; i++)
         CA_TRY(ca_places_check(places, c->renders[i].path, "--output", error));
-    return CA_OK;
+    return check_pictures(c, places, error);
 }
 
-static ca_status check_places(const ca_converge *c, ca_error *error)
+static ca_status check_places(ca_converge *c, ca_error *error)
 {
     ca_places places = {0};
     const ca_status status = note_places(c, &places, error);

@@ -2,6 +2,7 @@
 
 #include "base/text.h"
 #include "cli/progress.h"
+#include "noise/ray_numbers.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -116,9 +117,9 @@ static void print_recommendation(const ca_noise_report *report)
                r->most_camera_paths, r->best.camera_paths);
     }
     if (r->best.light_paths == r->most_light_paths)
-        printf("  %u light paths are the most that are recommended: 128 times those measured, and what fits the "
-               "memory\n",
-               r->most_light_paths);
+        printf("  %u light paths are the most that are recommended: 128 times those measured, %d at most, and what "
+               "fits the memory\n",
+               r->most_light_paths, CA_RAY_MOST_LIGHT_PATHS_HELD);
 }
 
 const char *ca_noise_why_no_numbers(const ca_noise_report *report)

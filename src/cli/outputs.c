@@ -30,9 +30,15 @@ static void say_leftover(const char *path, void *user)
 
 void ca_output_tell_leftovers(const char *path) { ca_leftovers_find(path, say_leftover, NULL); }
 
+static ca_status fail_empty(ca_error *error)
+{
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the name of an output is empty");
+}
+
 ca_status ca_output_check_place(const char *path, ca_error *error)
 {
     struct stat info;
+    if (!*path) return fail_empty(error);
     if (strcmp(path, "-") == 0)
         return ca_fail(error, CA_ERROR_FILE, NULL,
                        "-: files are not written to standard output; a file of this name is ./-");
@@ -233,6 +239,7 @@ static ca_status check_new_folder(const char *path, ca_error *error)
 ca_status ca_output_check_folder(const char *path, ca_error *error)
 {
     struct stat info;
+    if (!*path) return fail_empty(error);
     if (stat(path, &info) != 0) return check_new_folder(path, error);
     if (!S_ISDIR(info.st_mode)) return ca_fail(error, CA_ERROR_FILE, NULL, "%s: this is not a folder", path);
     if (access(path, W_OK | X_OK) != 0)

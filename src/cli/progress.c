@@ -89,7 +89,7 @@ static line_parts loading_parts(const char *what, double fraction, double second
     line_parts parts = {.fraction = fraction, .seconds = seconds};
     char time[32];
     ca_format_seconds(seconds, time, sizeof time);
-    snprintf(parts.texts[PASSES], sizeof parts.texts[0], "%s", what);
+    ca_show_text(what, parts.texts[PASSES], sizeof parts.texts[0]); /* it names files */
     snprintf(parts.texts[GONE], sizeof parts.texts[0], "%s gone", time);
     write_bar(&parts);
     return parts;

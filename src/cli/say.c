@@ -16,18 +16,40 @@ static bool is_command(const unsigned char *bytes, size_t length)
     return bytes[0] == 0xc2 && bytes[1] < 0xa0;
 }
 
+/* The next sequence of the text, of four bytes at most, as it is shown. Returns what is behind it. */
+enum { MOST_BYTES = 4, MOST_SHOWN = 4 * MOST_BYTES };
+static const char *show_next(const char *text, char shown[MOST_SHOWN + 1])
+{
+    const unsigned char *bytes = (const unsigned char *)text;
+    const size_t length = ca_page_sequence(text), step = length < 1 ? 1 : length < MOST_BYTES ? length : MOST_BYTES;
+    if (is_command(bytes, length)) {
+        for (size_t i = 0; i < step; i++) snprintf(shown + 4 * i, 5, "\\x%02x", bytes[i]);
+    } else {
+        memcpy(shown, text, step);
+        shown[step] = '\0';
+    }
+    return text + step;
+}
+
 static void put_shown(FILE *stream, const char *text)
 {
+    char shown[MOST_SHOWN + 1];
     while (*text) {
-        const unsigned char *bytes = (const unsigned char *)text;
-        const size_t length = ca_page_sequence(text), step = length ? length : 1;
-        const bool hidden = is_command(bytes, length);
-        for (size_t i = 0; i < step; i++)
-            if (hidden)
-                fprintf(stream, "\\x%02x", bytes[i]);
-            else
-                fputc(bytes[i], stream);
-        text += step;
+        text = show_next(text, shown);
+        fputs(shown, stream);
+    }
+}
+
+void ca_show_text(const char *text, char *shown, size_t size)
+{
+    char next[MOST_SHOWN + 1];
+    size_t used = 0;
+    for (shown[0] = '\0'; *text;) {
+        text = show_next(text, next);
+        const size_t length = strlen(next);
+        if (used + length >= size) return;
+        memcpy(shown + used, next, length + 1);
+        used += length;
     }
 }
 

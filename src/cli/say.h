@@ -11,4 +11,7 @@
  * UTF-8 are written as \x1b; a newline, too, but for the one that the format ends with. */
 void ca_say(FILE *stream, const char *format, ...) CA_PRINTF(2, 3);
 
+/* The text as a terminal gets it, cut to `size` bytes with its end. */
+void ca_show_text(const char *text, char *shown, size_t size);
+
 #endif

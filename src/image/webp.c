@@ -9,6 +9,9 @@ bool ca_webp_is(const ca_bytes *bytes)
     return bytes->size >= 12 && memcmp(bytes->data, "RIFF", 4) == 0 && memcmp(bytes->data + 8, "WEBP", 4) == 0;
 }
 
+/* Pixels. */
+enum { SMALL_PICTURE = 1 << 24 };
+
 static ca_status fail_damaged(const char *path, ca_error *error)
 {
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: damaged or truncated WebP file", path);
@@ -19,7 +22,10 @@ static ca_status check(const char *path, const ca_bytes *bytes, WebPBitstreamFea
     if (WebPGetFeatures(bytes->data, bytes->size, features) != VP8_STATUS_OK) return fail_damaged(path, error);
     if (features->has_animation)
         return ca_fail(error, CA_ERROR_UNSUPPORTED, NULL, "%s: moving WebP pictures are not read", path);
-    return ca_image_check_size(path, (uint64_t)features->width, (uint64_t)features->height, bytes->size, error);
+    /* Pixels of one colour take nearly no bytes: only where they take much memory must there be some. */
+    const uint64_t width = (uint64_t)features->width, height = (uint64_t)features->height;
+    const bool is_small = width * height <= SMALL_PICTURE;
+    return ca_image_check_size(path, width, height, is_small ? SMALL_PICTURE : bytes->size, error);
 }
 
 static void convert(const unsigned char *samples, ca_image_encoding encoding, ca_image *image)

@@ -281,14 +281,17 @@ static void connect_pixel(const ca_qmcppm *q, uint32_t x, uint32_t y, ca_block_s
     }
 }
 
-static void gather_pixel(gather_group *group, uint32_t x, uint32_t y, ca_block_sample *sum)
+/* false: there is a stop, and the block is given up. */
+static bool gather_pixel(gather_group *group, uint32_t x, uint32_t y, ca_block_sample *sum)
 {
     const ca_qmcppm *q = group->q;
     const uint32_t most = q->pairs ? 1 : GATHERS;
-    for (uint64_t n = first_of_pixel(q, x, y); n < q->camera.count && !ca_stop_asked(q->input.stop); n += q->pixels) {
+    for (uint64_t n = first_of_pixel(q, x, y); n < q->camera.count; n += q->pixels) {
+        if (ca_stop_asked(q->input.stop)) return false;
         begin_gather(group, n, sum);
         if (group->count == most) finish_group(group);
     }
+    return true;
 }
 
 static void gather_pixel_with_pairs(gather_group *group, uint32_t x, uint32_t y, ca_block_sample *sum)
@@ -296,7 +299,7 @@ static void gather_pixel_with_pairs(gather_group *group, uint32_t x, uint32_t y,
     const ca_qmcppm *q = group->q;
     ca_pair_covariances *pairs = &q->pairs[group->worker->index];
     ca_pair_covariances_begin(pairs, (uint32_t)q->light_count);
-    gather_pixel(group, x, y, sum);
+    if (!gather_pixel(group, x, y, sum)) return;
     sum->out_of_memory = !ca_pair_covariances_finish(pairs, &sum->covariance);
     sum->visits_camera = q->visits.camera;
     sum->visits_light = q->visits.light;
@@ -316,6 +319,6 @@ void ca_qmcppm_block_pixels(const void *state, uint32_t x, uint32_t y, uint32_t 
         else if (q->pairs)
             gather_pixel_with_pairs(&group, x + i, y, &sums[i]);
         else
-            gather_pixel(&group, x + i, y, &sums[i]);
+            (void)gather_pixel(&group, x + i, y, &sums[i]);
     finish_group(&group);
 }

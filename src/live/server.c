@@ -456,6 +456,16 @@ static ca_status listen_on(ca_live_server *server, const struct addrinfo *place,
     return CA_OK;
 }
 
+/* As browsers write it, whose Host header is compared with it: 127.1 is 127.0.0.1. */
+static ca_status name_address(ca_live_access *access, const struct addrinfo *place, ca_error *error)
+{
+    char *address = access->address;
+    if (getnameinfo(place->ai_addr, place->ai_addrlen, address, sizeof access->address, NULL, 0, NI_NUMERICHOST) != 0)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "the live view's address has no name in numbers");
+    access->any_address = strcmp(address, "0.0.0.0") == 0 || strcmp(address, "::") == 0;
+    return CA_OK;
+}
+
 static ca_status open_server(ca_live_server *server, const char *address, uint16_t port, ca_error *error)
 {
     char port_text[8];
@@ -463,14 +473,11 @@ static ca_status open_server(ca_live_server *server, const char *address, uint16
     const struct addrinfo hints = {.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV | AI_PASSIVE,
                                    .ai_socktype = SOCK_STREAM};
     snprintf(port_text, sizeof port_text, "%u", port);
-    const size_t size = strlen(address) + 1;
-    if (size > CA_LIVE_ADDRESS_SIZE || getaddrinfo(address, port_text, &hints, &place) != 0)
+    if (getaddrinfo(address, port_text, &hints, &place) != 0)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "\"%.100s\" is not an address in numbers, such as 127.0.0.1",
                        address);
-    memcpy(server->access.address, address, size);
-    server->access.any_address = strcmp(address, "0.0.0.0") == 0 || strcmp(address, "::") == 0;
-    ca_status status = CA_OK;
-    if (!ca_live_make_token(server->access.token))
+    ca_status status = name_address(&server->access, place, error);
+    if (status == CA_OK && !ca_live_make_token(server->access.token))
         status =
             ca_fail(error, CA_ERROR_FILE, NULL, "the system gives no random numbers for the live view's address");
     if (status == CA_OK) status = listen_on(server, place, port, error);

@@ -10,10 +10,12 @@ static double between(double low, double high, double share)
     return exp((1.0 - share) * log(low) + share * log(high));
 }
 
+/* 0 where nothing is known. */
 static double variance_at(const ca_connected_image *image, double light_paths, double camera_paths)
 {
     const ca_connected_node *nodes = image->nodes;
     size_t above = 0;
+    if (image->node_count == 0) return 0.0;
     while (above < image->node_count && nodes[above].light_paths < light_paths) above++;
     const ca_connected_node *high = &nodes[above < image->node_count ? above : image->node_count - 1],
                             *low = above > 0 ? &nodes[above - 1] : high;

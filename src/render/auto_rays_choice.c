@@ -84,7 +84,12 @@ static ca_status choose_given(const chooser *c, ca_ray_numbers *numbers, ca_erro
 
 static ca_status choose_numbers(const chooser *c, ca_ray_numbers *numbers, ca_error *error)
 {
-    if (!ca_auto_connects(c->a)) return ca_ray_numbers_choose(numbers, &c->image, &c->settings, error);
+    if (!ca_auto_connects(c->a)) {
+        CA_TRY(ca_ray_numbers_choose(numbers, &c->image, &c->settings, error));
+        if (numbers->given.variance > 0.0) return CA_OK;
+        ca_ray_numbers_destroy(numbers);
+        return choose_given(c, numbers, error);
+    }
     *numbers = (ca_ray_numbers){0};
     if (c->connected.node_count > 0)
         CA_TRY(ca_connected_numbers(&c->connected, &c->settings, ca_auto_pixels(c->a), numbers, error));

@@ -157,6 +157,13 @@ static ca_pilot_decision decide_numbers(const ca_auto_rays *a, const ca_pilot_si
     return decision;
 }
 
+/* Without a limit of memory: a pass holds all its light paths. */
+static uint32_t most_light_paths(const ca_auto_rays *a)
+{
+    if (a->plan->input.memory_bytes > 0.0) return UINT32_MAX;
+    return ca_max_u32(a->pilot_settings.light_paths, CA_RAY_MOST_LIGHT_PATHS_HELD);
+}
+
 /* Decides again where the memory does not hold what was decided. */
 static ca_status decide(ca_auto_rays *a, double seconds, ca_pilot_decision *decision, ca_error *error)
 {
@@ -167,7 +174,7 @@ static ca_status decide(ca_auto_rays *a, double seconds, ca_pilot_decision *deci
                                     .given = a->given,
                                     .one_camera_path = ca_auto_one_camera_path(a),
                                     .connects = ca_auto_connects(a),
-                                    .most_light_paths = UINT32_MAX,
+                                    .most_light_paths = most_light_paths(a),
                                     .ramp = a->ramp,
                                     .iteration_seconds = seconds};
     *decision = ca_auto_repeats(a) ? decide_by_script(a) : decide_numbers(a, &situation);

@@ -94,7 +94,7 @@ static ca_status iterate(ca_auto_rays *a, ca_auto_work_film *work, ca_error *err
     const bool began = status == CA_OK;
     a->work = work;
     if (began) status = run_iterations(a, &batch, work, error);
-    if (began && status != CA_OK) {
+    if (status != CA_OK && (began || work->iterations > 0)) {
         end_early(a, &batch, work, status);
         status = CA_OK;
     }

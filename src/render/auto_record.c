@@ -54,9 +54,8 @@ static bool is_group(const ca_auto_group *group, const ca_auto_group *before, si
     if (before && group->kind == CA_AUTO_GROUP_ORDINARY && before->kind == CA_AUTO_GROUP_ORDINARY) return false;
     if (group->light_paths < CA_PILOT_LEAST_LIGHT_PATHS || group->light_paths > CA_RAY_MAP_MOST_LIGHT_PATHS)
         return false;
-    if (group->kind == CA_AUTO_GROUP_RAMP ? group->iterations != CA_PILOT_HALVES
-                                          : group->iterations > CA_BINNED_SUM_MOST_VALUES)
-        return false;
+    if (group->kind == CA_AUTO_GROUP_RAMP && group->iterations != CA_PILOT_HALVES) return false;
+    if (group->kind == CA_AUTO_GROUP_ORDINARY && group->iterations > CA_BINNED_SUM_MOST_VALUES) return false;
     if (group->map ? !is_map(group->map, pixels) : !is_camera_number(group->camera_paths)) return false;
     return isfinite(group->share) && (run ? group->share >= 0.0 : group->share == 0.0);
 }

@@ -165,7 +165,7 @@ static ca_status time_passes(timing *t, uint32_t light_paths, uint32_t camera_pa
  * the memory at once. */
 static ca_status limit_light_paths(timing *t, ca_error *error)
 {
-    double low = t->noise->film.light_paths, high = most_light_paths(&t->noise->film);
+    double low = t->noise->film.light_paths, high = fmax(low, most_light_paths(&t->noise->film));
     ca_render_plan *plan = &t->p.plan;
     bool yes;
     CA_TRY(ca_render_plan_fits(plan, (uint32_t)high, &yes, error));

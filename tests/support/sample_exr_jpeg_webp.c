@@ -49,6 +49,18 @@ sample_bytes sample_webp(bool alpha, bool lossy)
     return webp;
 }
 
+sample_bytes sample_flat_webp(int side)
+{
+    sample_bytes pixels = {0}, webp = {0};
+    uint8_t *data = NULL;
+    for (int i = 0; i < side * side; i++) sample_append(&pixels, "\x80\x80\xff", 3);
+    const size_t size = WebPEncodeLosslessRGB((const uint8_t *)pixels.data, side, side, 3 * side, &data);
+    sample_append(&webp, data, size);
+    WebPFree(data);
+    sample_free(&pixels);
+    return webp;
+}
+
 static void check(exr_result_t result)
 {
     if (result != EXR_ERR_SUCCESS) abort();

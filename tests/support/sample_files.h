@@ -42,6 +42,8 @@ sample_bytes sample_png_palette(void);
 sample_bytes sample_jpeg(bool grey, bool progressive);
 /* Without loss; with one it is smooth, as the JPEG in colour. */
 sample_bytes sample_webp(bool alpha, bool lossy);
+/* One colour, without loss: a few bytes. */
+sample_bytes sample_flat_webp(int side);
 /* kind: 1 palette, 2 colour, 3 grey; bits of a pixel (24 or 32; 8 otherwise); run-length encoded; first row on
  * top. */
 sample_bytes sample_tga(unsigned kind, unsigned bits, bool packed, bool top_down);
