@@ -91,7 +91,8 @@ static void test_black_picture(void **state)
 {
     (void)state;
     static const char *const integrators[] = {"bdpm:max_depth=4", "vcm:max_depth=4"};
-    ca_scene *dark = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("8") FLOOR "<emitter type='spot'><transform "
+    ca_scene *dark = scene_from_text("<scene version='3.0.0'>" FROM_ABOVE("8") FLOOR "<emitter type='spot'>"
+                                     "<transform "
                                      "name='to_world'><lookat origin='0,9,0' target='0,20,0' up='1,0,0'/></transform>"
                                      "</emitter></scene>");
     for (int i = 0; i < 2; i++) {

@@ -321,6 +321,37 @@ static void long_chain_of_references_is_refused(void **state)
     free(text);
 }
 
+/* So many objects, each of which refers to the one before it, as often as the format has places for numbers. */
+static void refer_back(const char *first, const char *format, int count, const char *words)
+{
+    char *text = malloc(16 << 20), *end = text;
+    assert_non_null(text);
+    end += sprintf(end, "<scene version=\"3.0.0\"><sensor type=\"perspective\"/>%s\n", first);
+    for (int i = 1; i <= count; i++) end += sprintf(end, format, i, i - 1, i - 1);
+    sprintf(end, "</scene>");
+    import_expect_error(text, words);
+    free(text);
+}
+
+/* Whoever refers to what was made before makes trees of any height, and with two references of any size. */
+static void large_trees_are_refused(void **state)
+{
+    (void)state;
+    static const char texture[] = "<texture type=\"checkerboard\" id=\"t0\"/>";
+    refer_back(texture,
+               "<texture type=\"checkerboard\" id=\"t%d\"><ref name=\"color0\" id=\"t%d\"/>"
+               "<ref name=\"color1\" id=\"t%d\"/></texture>\n",
+               40, "12:1: textures are made of at most 4095 others, nested at most 64 deep");
+    refer_back(texture,
+               "<texture type=\"scale\" id=\"t%d\"><float name=\"scale\" value=\"0.9\"/>"
+               "<ref name=\"texture\" id=\"t%d\"/></texture>\n",
+               100000, "64:1: textures are made of at most 4095 others, nested at most 64 deep");
+    refer_back("<bsdf type=\"diffuse\" id=\"m0\"/>",
+               "<bsdf type=\"blendbsdf\" id=\"m%d\"><float name=\"weight\" value=\"0.5\"/><ref id=\"m%d\"/>"
+               "<ref id=\"m%d\"/></bsdf>\n",
+               40, "13:1: BSDFs are made of at most 4095 others, nested at most 64 deep");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -335,6 +366,7 @@ int main(void)
         cmocka_unit_test(include_circle_is_refused),
         cmocka_unit_test(growing_values_are_refused),
         cmocka_unit_test(long_chain_of_references_is_refused),
+        cmocka_unit_test(large_trees_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, import_remove_folder);
 }

@@ -20,33 +20,13 @@ void ca_import_note_missing_attributes(ca_importer *importer)
 
 /* ---- Guards ---------------------------------------------------------------------------------------------------- */
 
-/* The textures that a texture is made of; how many. */
-static int parts_of(const ca_texture *t, ca_texture_id parts[3])
-{
-    switch (t->kind) {
-    case CA_TEXTURE_CHECKERBOARD:
-        parts[0] = t->as.checkerboard.color0, parts[1] = t->as.checkerboard.color1;
-        return 2;
-    case CA_TEXTURE_SCALE:
-        parts[0] = t->as.scale.child, parts[1] = t->as.scale.by;
-        return t->as.scale.varies ? 2 : 1;
-    case CA_TEXTURE_MIX:
-        parts[0] = t->as.mix.color0, parts[1] = t->as.mix.color1, parts[2] = t->as.mix.weight;
-        return 3;
-    case CA_TEXTURE_POWER: parts[0] = t->as.power.child; return 1;
-    case CA_TEXTURE_CLAMP: parts[0] = t->as.clamp.child; return 1;
-    case CA_TEXTURE_MAPPED: parts[0] = t->as.mapped.child; return 1;
-    default: return 0;
-    }
-}
-
 typedef bool (*attribute_test)(const ca_texture *attribute);
 
 static bool any_attribute(const ca_scene_desc *desc, ca_texture_id id, attribute_test test)
 {
     const ca_texture *t = &desc->textures.items[id];
     ca_texture_id parts[3];
-    const int count = parts_of(t, parts);
+    const int count = ca_texture_parts(t, parts);
     for (int i = 0; i < count; i++)
         if (any_attribute(desc, parts[i], test)) return true;
     return t->kind == CA_TEXTURE_MESH_ATTRIBUTE && test(t);

@@ -290,6 +290,7 @@ ca_material_id ca_import_bsdf(ca_importer *importer, ca_xml_node *node)
     if (node->progress == CA_NODE_DONE) return node->result;
     if (!ca_import_enter(importer, node)) return CA_NONE;
     const ca_material_id id = build(importer, node);
+    if (id != CA_NONE) ca_import_limit_material(importer, id, &node->where);
     ca_import_leave(importer, node, id);
     return id;
 }

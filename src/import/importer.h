@@ -66,6 +66,11 @@ typedef struct ca_shared_meshes {
     ca_key_table by_content; /* before they are placed: twice the number, and 1 where placing keeps the indices */
 } ca_shared_meshes;
 
+/* Of a texture or BSDF with all that it is made of, each as often as it is met (tree_limit.c). */
+typedef struct ca_tree_size {
+    uint32_t height, nodes;
+} ca_tree_size;
+
 typedef struct ca_importer {
     const ca_scene_source *source;
     ca_import_arrays arrays; /* then those of `source` are not used */
@@ -84,6 +89,7 @@ typedef struct ca_importer {
     CA_TABLE(ca_import_image) images;
     CA_TABLE(ca_import_attribute) attributes;
     CA_TABLE(ca_import_guard) guards;
+    CA_TABLE(ca_tree_size) texture_sizes, material_sizes; /* of the first textures and BSDFs of the description */
     ca_shared_meshes shared;
     ca_mesh_lender **lenders; /* of the source's meshes; NULL where one is only to be copied */
 } ca_importer;
@@ -105,6 +111,10 @@ void ca_import_fail_memory(ca_importer *importer, const char *what);
 void ca_import_note(ca_importer *importer, const ca_location *where, const char *format, ...) CA_PRINTF(3, 4);
 /* A failure below (a file that cannot be read), told as one of the element that asked for it. */
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason);
+
+/* Refuses one that is made of too many others, or nested too deep. */
+void ca_import_limit_texture(ca_importer *importer, ca_texture_id id, const ca_location *where);
+void ca_import_limit_material(ca_importer *importer, ca_material_id id, const ca_location *where);
 
 /* The plugin that the element's `type` names; NULL after failing with the nearest name there is. */
 const ca_plugin *ca_import_find_plugin(ca_importer *importer, const ca_xml_node *node, const ca_plugin *table,

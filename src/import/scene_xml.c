@@ -47,6 +47,9 @@ void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_sta
         importer->status = ca_fail(importer->error, status, is_innocent ? NULL : where, "%s", reason->message);
 }
 
+/* More would be read by nobody. */
+enum { MOST_NOTES = 1000 };
+
 /* Was the sentence said, wherever that was? */
 static bool is_noted(const ca_scene_desc *desc, const char *sentence)
 {
@@ -67,7 +70,7 @@ void ca_import_note(ca_importer *importer, const ca_location *where, const char 
     va_start(arguments, format);
     vsnprintf(sentence, sizeof sentence, format, arguments);
     va_end(arguments);
-    if (is_noted(desc, sentence)) return;
+    if (desc->notes.count >= MOST_NOTES || is_noted(desc, sentence)) return;
     ca_error placed;
     (void)ca_fail(&placed, CA_ERROR_SCENE, where, "%s", sentence); /* it knows how a place is written */
     const char *kept = ca_arena_strdup(&desc->strings, placed.message);
@@ -527,6 +530,8 @@ ca_status ca_import_scene_then(const ca_scene_source *source, ca_import_then the
     ca_free(importer.images.items);
     ca_free(importer.attributes.items);
     ca_free(importer.guards.items);
+    ca_free(importer.texture_sizes.items);
+    ca_free(importer.material_sizes.items);
     ca_shared_meshes_destroy(&importer.shared);
     ca_import_end_lending(&importer);
     ca_document_destroy(&importer.document);

@@ -282,6 +282,7 @@ ca_texture_id ca_import_texture(ca_importer *importer, ca_xml_node *node)
     if (node->progress == CA_NODE_DONE) return node->result;
     if (!ca_import_enter(importer, node)) return CA_NONE;
     const ca_texture_id id = build(importer, node);
+    if (id != CA_NONE) ca_import_limit_texture(importer, id, &node->where);
     ca_import_leave(importer, node, id);
     return id;
 }

@@ -419,6 +419,25 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id)
 
 static float largest_size(ca_rgb value) { return fmaxf(fabsf(value.r), fmaxf(fabsf(value.g), fabsf(value.b))); }
 
+int ca_texture_parts(const ca_texture *t, ca_texture_id parts[3])
+{
+    switch (t->kind) {
+    case CA_TEXTURE_CHECKERBOARD:
+        parts[0] = t->as.checkerboard.color0, parts[1] = t->as.checkerboard.color1;
+        return 2;
+    case CA_TEXTURE_SCALE:
+        parts[0] = t->as.scale.child, parts[1] = t->as.scale.by;
+        return t->as.scale.varies ? 2 : 1;
+    case CA_TEXTURE_MIX:
+        parts[0] = t->as.mix.color0, parts[1] = t->as.mix.color1, parts[2] = t->as.mix.weight;
+        return 3;
+    case CA_TEXTURE_POWER: parts[0] = t->as.power.child; return 1;
+    case CA_TEXTURE_CLAMP: parts[0] = t->as.clamp.child; return 1;
+    case CA_TEXTURE_MAPPED: parts[0] = t->as.mapped.child; return 1;
+    default: return 0;
+    }
+}
+
 float ca_texture_bound(const ca_texture *table, const ca_image *images, ca_texture_id id)
 {
     const ca_texture *texture = &table[id];

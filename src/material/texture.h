@@ -133,5 +133,7 @@ ca_rgb ca_texture_mean(const ca_texture *table, ca_texture_id id);
 float ca_texture_max(const ca_texture *table, ca_texture_id id);
 /* The same of textures that do not know their pictures yet: `images` of the scene; NULL: they do. */
 float ca_texture_bound(const ca_texture *table, const ca_image *images, ca_texture_id id);
+/* The textures that a texture is made of; how many. */
+int ca_texture_parts(const ca_texture *texture, ca_texture_id parts[3]);
 
 #endif

@@ -107,7 +107,7 @@ ca_status ca_photon_density_create(ca_photon_density **density, const ca_photon_
     if (!table) return ca_fail_memory(error, "the density of photons");
     if (grid->count == 0) return CA_OK;
     table->lattice = shifted(&grid->lattice);
-    table->area = ca_sqr(2.0f * grid->radius);
+    table->area = (float)(1.0 / (table->lattice.cells_per_meter * table->lattice.cells_per_meter));
     if (!count_in_room(table, grid)) {
         ca_photon_density_destroy(table);
         *density = NULL;

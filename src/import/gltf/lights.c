@@ -140,7 +140,7 @@ static double put_perspective(ca_gltf *g, const ca_gltf_value *camera, ca_xml_no
     ca_tree_float(&g->tree, sensor, "fov", DEGREES * ca_gltf_number(g, lens, "yfov", 0.8, 1e-5, 3.1398));
     ca_tree_string(&g->tree, sensor, "fov_axis", "y");
     const double near = ca_gltf_number(g, lens, "znear", 0.01, 1e-30, 1e30);
-    const double far = ca_gltf_number(g, lens, "zfar", fmax(1e4, 1e6 * near), 1e-30, 1e37);
+    const double far = ca_gltf_number(g, lens, "zfar", fmax(1e10, 1e6 * near), 1e-30, 1e37);
     ca_tree_float(&g->tree, sensor, "near_clip", near);
     ca_tree_float(&g->tree, sensor, "far_clip", far);
     return ca_gltf_number(g, lens, "aspectRatio", (double)PICTURE_WIDTH / PICTURE_HEIGHT, 1e-2, 1e3);
@@ -157,7 +157,7 @@ static double put_orthographic(ca_gltf *g, const ca_gltf_value *camera, ca_xml_n
     const double y = ca_gltf_number(g, lens, "ymag", 1.0, 1e-20, 1e20);
     const double near = ca_gltf_number(g, lens, "znear", 0.01, 0.0, 1e30);
     ca_tree_float(&g->tree, sensor, "near_clip", fmax(near, 1e-6));
-    ca_tree_float(&g->tree, sensor, "far_clip", ca_gltf_number(g, lens, "zfar", fmax(1e4, 1e6 * near), 1e-30, 1e37));
+    ca_tree_float(&g->tree, sensor, "far_clip", ca_gltf_number(g, lens, "zfar", fmax(1e10, 1e6 * near), 1e-30, 1e37));
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 2; k++) map->m[i][k] *= x;
     return fmin(fmax(x / y, 1e-2), 1e3);

@@ -345,10 +345,16 @@ static void note_one_side(maker *m)
         ca_gltf_note(m->g, m->material, "materials that are double-sided shine on their front only");
 }
 
+static void note_alpha(maker *m)
+{
+    if (strcmp(ca_gltf_text(m->g, m->material, "alphaMode", "OPAQUE"), "OPAQUE") != 0)
+        ca_gltf_note(m->g, m->material, "materials with alpha shine where they are transparent, too");
+}
+
 static void set_emission(maker *m, ca_gltf_material *made, const double rgb[3], const ca_gltf_value *info)
 {
     made->shines = largest(rgb) > 0.0;
-    if (made->shines) note_one_side(m);
+    if (made->shines) note_one_side(m), note_alpha(m);
     memcpy(made->emission, rgb, sizeof made->emission);
     if (!made->shines || !info) return;
     made->radiance = ca_gltf_format(m->g, "radiance of %s", made->id);

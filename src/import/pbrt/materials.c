@@ -28,7 +28,9 @@ static void wrap_normals(ca_pbrt *p, frame *at)
     const ca_pbrt_value value = ca_pbrt_number_value(p, height, 0.0);
     if (value.id) ca_tree_ref(&p->tree, wrap(p, at, "bumpmap"), "height", value.id);
     const char *normals = ca_pbrt_string(&p->params, "normalmap", NULL);
-    if (normals && normals[0]) ca_pbrt_add_bitmap(p, wrap(p, at, "normalmap"), "normals", normals, true);
+    if (!normals || !normals[0]) return;
+    p->has_pictures = true;
+    ca_pbrt_add_bitmap(p, wrap(p, at, "normalmap"), "normals", normals, true);
 }
 
 ca_xml_node *ca_pbrt_begin_bsdf(ca_pbrt *p, const char *id, const char *type, bool two_sided,
@@ -87,6 +89,7 @@ ca_pbrt_roughness ca_pbrt_read_roughness(ca_pbrt *p, const char *const names[3],
         else
             remap_value(p, &roughness.v, to_alpha);
     }
+    if (!is_same(&roughness.u, &roughness.v)) p->has_pictures = true;
     const bool constant = !roughness.u.id && !roughness.v.id;
     roughness.is_smooth =
         zero || (constant && to_alpha == remap && fmax(roughness.u.rgb[0], roughness.v.rgb[0]) < 1e-3);

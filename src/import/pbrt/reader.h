@@ -90,7 +90,7 @@ typedef struct ca_pbrt {
     uint32_t version;      /* 3 or 4 */
     bool in_world, ended;
     bool has_default_material;
-    bool has_pictures; /* there are textures that vary */
+    bool has_pictures; /* there are textures that vary, or surfaces with a direction: coordinates matter */
     ca_pbrt_state state;
     CA_TABLE(ca_pbrt_saved) saved;
     ca_pbrt_names materials, number_textures, color_textures, objects, systems;
