@@ -175,7 +175,7 @@ static const char old_text[] =
     "<transform name=\"toWorld\"><lookAt origin=\"0.5,0.5,3\" target=\"0.5,0.5,0\" up=\"0,1,0\"/></transform>\n"
     "<film type=\"ldrfilm\"><boolean name=\"banner\" value=\"false\"/><float name=\"gamma\" value=\"2.2\"/></film>\n"
     "<sampler type=\"ldsampler\"/></sensor>\n"
-    "<integrator type=\"path\"/>\n"
+    "<integrator type=\"ppm\"><float name=\"alpha\" value=\"0.75\"/></integrator>\n"
     "<texture type=\"bitmap\" id=\"dots.map\"><string name=\"filename\" value=\"dots.pfm\"/>\n"
     "<float name=\"uscale\" value=\"3\"/><float name=\"vscale\" value=\"2\"/><float name=\"uoffset\" "
     "value=\"0.1\"/>\n"
@@ -249,6 +249,7 @@ static void test_old_spellings_and_arrays(void **state)
     snprintf(path, sizeof path, "%s/once/scene.xml", folder_of(state));
     char *text = read_text(path);
     static const char *const there[] = {
+        "<float name=\"alpha\" value=\"0.25\"/>",
         "<scene version=\"3.0.0\">", "<film type=\"hdrfilm\"/>", "type=\"roughconductor\"",
         "<string name=\"distribution\" value=\"ggx\"/>", "<ref name=\"reflectance\" id=\"dots_map\"/>",
         "<string name=\"filename\" value=\"scene-files/corner.ply\"/>",

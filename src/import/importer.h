@@ -112,6 +112,9 @@ void ca_import_note(ca_importer *importer, const ca_location *where, const char 
 /* A failure below (a file that cannot be read), told as one of the element that asked for it. */
 void ca_import_fail_file(ca_importer *importer, const ca_location *where, ca_status status, const ca_error *reason);
 
+/* Is the value of this parameter 1 less what it is in scenes of later versions? */
+bool ca_import_is_old_complement(const ca_importer *importer, const ca_xml_node *integrator, const char *parameter);
+
 /* Refuses one that is made of too many others, or nested too deep. */
 void ca_import_limit_texture(ca_importer *importer, ca_texture_id id, const ca_location *where);
 void ca_import_limit_material(ca_importer *importer, ca_material_id id, const ca_location *where);

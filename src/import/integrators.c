@@ -150,6 +150,13 @@ static bool reverses(const ca_importer *importer, parameter_use use)
     return use == REVERSE || (use == OLD_REVERSE && version && version[0] == '0');
 }
 
+bool ca_import_is_old_complement(const ca_importer *importer, const ca_xml_node *integrator, const char *parameter)
+{
+    const char *type = ca_xml_attribute_value(integrator, "type");
+    const translated_parameter *p = type ? find_translated(find_translation(type), parameter) : NULL;
+    return p && p->use == OLD_REVERSE && reverses(importer, p->use);
+}
+
 static bool is_without_effect(const char *name)
 {
     for (size_t i = 0; i < CA_COUNT(without_effect); i++)

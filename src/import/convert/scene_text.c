@@ -1,5 +1,6 @@
 #include "import/convert/scene_text.h"
 
+#include "base/text.h"
 #include "import/number.h"
 
 #include <stdio.h>
@@ -345,6 +346,20 @@ static const char *linear_value(ca_scene_writer *w, const ca_xml_node *node)
     return kept ? kept : "";
 }
 
+/* 1 - x of a parameter that means the other share in the version that is written. */
+static const char *complement(ca_scene_writer *w, const char *value)
+{
+    char text[64];
+    double number;
+    if (!ca_parse_double(value, &number)) return value;
+    snprintf(text, sizeof text, "%.17g", 1.0 - number);
+    set_points(text);
+    const char *one[1] = {text}, *kept = join(w, one, 1);
+    return kept ? kept : "";
+}
+
+static bool is_integrator(const ca_xml_node *node) { return node && is(node->tag, "integrator"); }
+
 static const char *value_for_mitsuba(ca_scene_writer *w, const ca_xml_node *node, const ca_xml_node *parent,
                                      const ca_xml_attribute *attribute)
 {
@@ -359,6 +374,8 @@ static const char *value_for_mitsuba(ca_scene_writer *w, const ca_xml_node *node
     if (!is(name, "value")) return value;
     if (names_file(node, parent)) return file_of(w, node, parent, value);
     if (is(node->tag, "srgb")) return linear_value(w, node);
+    if (is_integrator(parent) && ca_import_is_old_complement(w->importer, parent, name_of(node)))
+        return complement(w, value);
     const bool filter = parent && is(parent->tag, "texture") && is(name_of(node), "filter_type");
     return filter && (is(value, "trilinear") || is(value, "ewa")) ? "bilinear" : value;
 }
