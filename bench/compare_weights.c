@@ -1,5 +1,5 @@
-/* Variance-aware weights against all the others: the standard deviation of an iteration at one radius and equal
- * iteration counts, on scenes of every kind, with all their pixels.
+/* Variance-aware weights against all the others: the standard deviation of an iteration at one radius, a pixel's side,
+ * and equal iteration counts, on scenes of every kind, with all their pixels.
  *
  *     compare_weights [--iterations N] [--only SCENE] [--table FILE]
  *
@@ -60,7 +60,7 @@ static void render_batch(const ca_scene *scene, int method, uint32_t batch, batc
     ca_render_settings_init(&settings);
     char integrator[64];
     snprintf(integrator, sizeof integrator, "%s%s", weights_methods[method].integrator,
-             method < WEIGHTS_FIRST_MERGING ? "" : ":alpha=0");
+             method < WEIGHTS_FIRST_MERGING ? "" : ":alpha=0,radius_pixels=1");
     settings.integrator = integrator;
     settings.sampler = "independent";
     settings.samples_per_pixel = b->iterations;
