@@ -1,5 +1,5 @@
-/* Variance-aware weights against all the others: the standard deviation of an iteration at one radius, a pixel's side,
- * and equal iteration counts, on scenes of every kind, with all their pixels.
+/* Variance-aware weights against all the others: the standard deviation of an iteration at one radius, a side of a
+ * pixel, and equal iteration counts, on scenes of every kind, with all their pixels.
  *
  *     compare_weights [--iterations N] [--only SCENE] [--table FILE]
  *
