@@ -186,16 +186,18 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
     return status;
 }
 
-/* A file system that does not sync folders says so. A folder that may be written but not read cannot be synced by
- * this process: no failure either. */
-static ca_status sync_folder(const char *path, ca_error *error)
+static char *folder_of(const char *path)
 {
     const char *slash = strrchr(path, '/');
-    char *folder = slash ? concatenate(path, (size_t)(slash - path) + 1, "") : concatenate(".", 1, "");
-    if (!folder) return ca_fail_memory(error, path);
+    return slash ? concatenate(path, (size_t)(slash - path) + 1, "") : concatenate(".", 1, "");
+}
+
+/* A file system that does not sync folders says so. A folder that may be written but not read cannot be synced by
+ * this process: no failure either. */
+static ca_status sync_folder(const char *folder, const char *path, ca_error *error)
+{
     const int descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     const int reason = descriptor >= 0 && fsync(descriptor) == 0 ? 0 : errno;
-    ca_free(folder);
     if (descriptor >= 0) close(descriptor);
     const bool is_sealed = descriptor < 0 && reason == EACCES;
     const bool cannot = descriptor >= 0 && (reason == EINVAL || reason == ENOTSUP);
@@ -203,16 +205,17 @@ static ca_status sync_folder(const char *path, ca_error *error)
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot sync its folder: %s", path, strerror(reason));
 }
 
+/* All memory is taken before the file is in its place. */
 ca_status ca_file_commit_durably(ca_file_writer *writer, ca_error *error)
 {
-    char *path = writer->path;
-    writer->path = concatenate(path, strlen(path), "");
+    char *path = concatenate(writer->path, strlen(writer->path), ""), *folder = folder_of(writer->path);
     ca_status status = CA_ERROR_MEMORY;
-    if (writer->path)
+    if (path && folder)
         status = ca_file_commit(writer, error);
     else
-        ca_fail_memory(error, path), ca_file_abandon(writer);
-    if (status == CA_OK) status = sync_folder(path, error);
+        ca_fail_memory(error, writer->path), ca_file_abandon(writer);
+    if (status == CA_OK) status = sync_folder(folder, path, error);
+    ca_free(folder);
     ca_free(path);
     return status;
 }

@@ -101,13 +101,20 @@ static ca_photon_lattice shifted(const ca_photon_lattice *grid)
     return lattice;
 }
 
+/* Two radii, but for rounding; of a radius that is tiny beside the bounds the cells are wider. */
+static float side_of_cells(const ca_photon_lattice *lattice, float radius)
+{
+    const double side = 1.0 / lattice->cells_per_meter, least = 2.0 * (double)radius;
+    return (float)(side > 1.001 * least ? side : least);
+}
+
 ca_status ca_photon_density_create(ca_photon_density **density, const ca_photon_grid *grid, ca_error *error)
 {
     ca_photon_density *table = *density = ca_alloc_zeroed(1, sizeof *table);
     if (!table) return ca_fail_memory(error, "the density of photons");
     if (grid->count == 0) return CA_OK;
     table->lattice = shifted(&grid->lattice);
-    table->area = (float)(1.0 / (table->lattice.cells_per_meter * table->lattice.cells_per_meter));
+    table->area = ca_sqr(side_of_cells(&table->lattice, grid->radius));
     if (!count_in_room(table, grid)) {
         ca_photon_density_destroy(table);
         *density = NULL;
