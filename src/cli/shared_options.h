@@ -40,7 +40,7 @@
      .argument = "N",                                                                                                \
      .kind = CA_OPTION_INTEGER,                                                                                      \
      .minimum = -1,                                                                                                  \
-     .help = "longest path in segments, 1: lights only, -1: no limit (default: the scene's)",                        \
+     .help = "longest path in segments, 1: lights only, -1: no limit",                                               \
      __VA_ARGS__}
 #define CA_RESOLUTION_OPTION(...)                                                                                    \
     {.name = "resolution",                                                                                           \
@@ -53,7 +53,7 @@
     {.name = "crop",                                                                                                 \
      .argument = "x0,y0,x1,y1",                                                                                      \
      .kind = CA_OPTION_RECT,                                                                                         \
-     .help = verb " this part only: pixels of the full film, half open (default: the scene's)",                      \
+     .help = verb " this part only: pixels of the full film, half open",                                             \
      __VA_ARGS__}
 
 /* ---- Any command ----------------------------------------------------------------------------------------------- */
