@@ -2,10 +2,10 @@
  * render. Decisions: test_method_choice.c; renders: test_auto_method.c. */
 #include "image/layers.h"
 #include "render/auto_method.h"
-#include "render/light_pilot.h"
 #include "render/method_light.h"
 #include "render/method_trial.h"
 #include "support/auto_scenes.h"
+#include "support/light_pilots.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -26,14 +26,7 @@ static double much(const void *user, uint32_t x, uint32_t y)
 /* What a pilot of this effort says of a render of 256 passes of 24 x 24 pixels. */
 static double dots_told(const ca_scene *scene, const ca_render_settings *settings, uint32_t effort)
 {
-    ca_render_plan plan;
-    ca_mis_rules counts;
-    ca_light_pilot pilot;
-    ca_error error;
-    assert_int_equal(ca_render_plan_make(&plan, scene, settings, &error), CA_OK);
-    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    const ca_light_question question = {.counts = &counts, .methods = 1, .iterations = 256.0, .effort = effort};
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &question, &error), CA_OK);
+    ca_light_pilot pilot = pilot_with_effort(scene, settings, 256, effort);
     assert_true(pilot.counters.camera_paths == (uint64_t)effort * CA_PILOT_CAMERA_PATHS);
     assert_true(pilot.counters.light_paths == (uint64_t)effort * CA_PILOT_LIGHT_PATHS);
     ca_lost_light(pilot.samples[0], pilot.count);

@@ -2,7 +2,7 @@
 /* What is said of a render before it is made, against renders: the share of light that is lost against the mean of a
  * picture that lacks it, the expected numbers of samples and of photons against those that are counted. */
 #include "base/memory.h"
-#include "render/light_pilot.h"
+#include "support/light_pilots.h"
 #include "support/sample_mean.h"
 #include "support/scene_text.h"
 
@@ -103,21 +103,6 @@ static ca_preflight preflight_of(const ca_scene *scene, const ca_render_settings
     ca_error error;
     if (ca_preflight_make(scene, settings, &preflight, &error) != CA_OK) fail_msg("%s", error.message);
     return preflight;
-}
-
-/* The pilot of a render with so many passes. */
-static ca_light_pilot pilot_with_effort(const ca_scene *scene, const ca_render_settings *settings, uint32_t passes,
-                                        uint32_t effort)
-{
-    ca_render_plan plan;
-    ca_mis_rules counts;
-    ca_light_pilot pilot;
-    ca_error error;
-    assert_int_equal(ca_render_plan_make(&plan, scene, settings, &error), CA_OK);
-    assert_true(ca_integrator_counts(plan.type, &plan.input, &counts));
-    const ca_light_question question = {.counts = &counts, .methods = 1, .iterations = passes, .effort = effort};
-    assert_int_equal(ca_light_pilot_run(&pilot, &plan, &question, &error), CA_OK);
-    return pilot;
 }
 
 static ca_light_pilot pilot_of(const ca_scene *scene, const ca_render_settings *settings, uint32_t passes)

@@ -111,9 +111,7 @@ class _Source:
             self.struct.camera = self._text(sensor)
         else:
             self.struct.sensor = sensor
-        bytes_ = text.encode() if text is not None else b""
-        self.struct.text = self._keep(ffi.new("char[]", bytes_)) if text is not None else ffi.NULL
-        self.struct.size = len(bytes_)
+        self.struct.text, self.struct.size = (self._text(text), len(text.encode())) if text is not None else (ffi.NULL, 0)
         self.struct.path = self._path(path)
         self.struct.previous = previous._pointer if previous is not None else ffi.NULL
         self.struct.defines, self.struct.define_count = self._defines(defines or {})

@@ -105,6 +105,8 @@ const ca_converge_render *ca_converge_at(const ca_converge *c, size_t step, size
 void ca_converge_step_text(const ca_converge *c, size_t step, char *text, size_t size);
 /* FOLDER/format...; in c->memory; NULL: out of memory. */
 const char *ca_converge_path(ca_converge *c, const char *format, ...) CA_PRINTF(2, 3);
+/* Likewise: the picture NAMEsuffix, or one of its close-ups, which are counted from 1; 0: the whole. */
+const char *ca_converge_picture_path(ca_converge *c, const char *name, const char *suffix, size_t closeup);
 
 /* The settings that this render has. */
 ca_render_settings ca_converge_settings(const ca_converge *c, const ca_converge_render *render);

@@ -135,14 +135,14 @@ static ca_status write_part(ca_converge *c, const char *path, const ca_pixel_rec
     return status;
 }
 
-/* pictures/NAME.png, and NAME-1.png and so on: the close-ups. */
-static ca_status write_picture(ca_converge *c, const char *name, const float *const planes[3], double scale,
-                               ca_error *error)
+/* The picture and its close-ups. */
+static ca_status write_picture(ca_converge *c, const char *name, const char *suffix, const float *const planes[3],
+                               double scale, ca_error *error)
 {
     const ca_pixel_rect all = {0, 0, c->reference->width, c->reference->height};
-    CA_TRY(write_part(c, ca_converge_path(c, "pictures/%s.png", name), &all, planes, scale, error));
+    CA_TRY(write_part(c, ca_converge_picture_path(c, name, suffix, 0), &all, planes, scale, error));
     for (size_t k = 0; k < c->closeup_count; k++)
-        CA_TRY(write_part(c, ca_converge_path(c, "pictures/%s-%zu.png", name, k + 1), &c->closeups[k], planes, scale,
+        CA_TRY(write_part(c, ca_converge_picture_path(c, name, suffix, k + 1), &c->closeups[k], planes, scale,
                           error));
     return CA_OK;
 }
@@ -153,12 +153,12 @@ static ca_status write_colours(ca_converge *c, ca_error *error)
     const float *rgb[3];
     CA_TRY(find_exposure(c, &scale, error));
     colours_of(c->reference, rgb);
-    CA_TRY(write_picture(c, "reference", rgb, scale, error));
+    CA_TRY(write_picture(c, "reference", "", rgb, scale, error));
     for (size_t i = 0; i < c->integrator_count; i++) {
         ca_image_layers *image;
         CA_TRY(ca_layers_read(ca_converge_equal_time(c, i)->path, &image, error));
         colours_of(image, rgb);
-        const ca_status status = write_picture(c, c->integrators[i].name, rgb, scale, error);
+        const ca_status status = write_picture(c, c->integrators[i].name, "", rgb, scale, error);
         ca_layers_destroy(image);
         if (status != CA_OK) return status;
     }
@@ -197,11 +197,9 @@ static ca_status write_deviations(ca_converge *c, float *maps, float *scratch, c
     const double scale = deviation_scale(scratch, c->integrator_count * pixels);
     for (size_t i = 0; i < c->integrator_count; i++) {
         const float *const grey[3] = {maps + i * pixels, maps + i * pixels, maps + i * pixels};
-        const char *file = ca_converge_path(c, "%s-deviation", c->integrators[i].name);
         double seconds;
-        if (!file) return ca_fail_memory(error, "the pictures");
         if (isnan(ca_converge_deviation(c, i, &seconds))) continue; /* nothing is known */
-        CA_TRY(write_picture(c, file + strlen(c->options->folder) + 1, grey, scale, error));
+        CA_TRY(write_picture(c, c->integrators[i].name, "-deviation", grey, scale, error));
     }
     return CA_OK;
 }

@@ -178,6 +178,12 @@ const char *ca_converge_path(ca_converge *c, const char *format, ...)
     return path;
 }
 
+const char *ca_converge_picture_path(ca_converge *c, const char *name, const char *suffix, size_t closeup)
+{
+    if (closeup == 0) return ca_converge_path(c, "pictures/%s%s.png", name, suffix);
+    return ca_converge_path(c, "pictures/%s%s-%zu.png", name, suffix, closeup);
+}
+
 const ca_converge_render *ca_converge_at(const ca_converge *c, size_t step, size_t integrator, size_t repeat)
 {
     return &c->renders[(step * c->integrator_count + integrator) * c->repeats + repeat];
@@ -371,14 +377,13 @@ static ca_status make_folder(const char *path, ca_error *error)
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot make this folder: %s", path, strerror(errno));
 }
 
-/* pictures/NAME.png, and its close-ups. */
-static ca_status check_picture(ca_converge *c, ca_places *places, const char *name, ca_error *error)
+/* With its close-ups: where none are given one is chosen later. */
+static ca_status check_picture(ca_converge *c, ca_places *places, const char *name, const char *suffix,
+                               ca_error *error)
 {
-    const size_t chosen = c->options->closeups.count, closeups = chosen > 0 ? chosen : 1;
+    const size_t closeups = c->closeup_count > 0 ? c->closeup_count : 1;
     for (size_t k = 0; k <= closeups; k++) {
-        char number[32] = "";
-        if (k > 0) snprintf(number, sizeof number, "-%zu", k);
-        const char *path = ca_converge_path(c, "pictures/%s%s.png", name, number);
+        const char *path = ca_converge_picture_path(c, name, suffix, k);
         if (!path) return ca_fail_memory(error, "the pictures");
         CA_TRY(ca_places_check(places, path, "--output", error));
     }
@@ -387,12 +392,10 @@ static ca_status check_picture(ca_converge *c, ca_places *places, const char *na
 
 static ca_status check_pictures(ca_converge *c, ca_places *places, ca_error *error)
 {
-    CA_TRY(check_picture(c, places, "reference", error));
+    CA_TRY(check_picture(c, places, "reference", "", error));
     for (size_t i = 0; i < c->integrator_count; i++) {
-        char deviation[256];
-        snprintf(deviation, sizeof deviation, "%.200s-deviation", c->integrators[i].name);
-        CA_TRY(check_picture(c, places, c->integrators[i].name, error));
-        CA_TRY(check_picture(c, places, deviation, error));
+        CA_TRY(check_picture(c, places, c->integrators[i].name, "", error));
+        CA_TRY(check_picture(c, places, c->integrators[i].name, "-deviation", error));
     }
     return CA_OK;
 }

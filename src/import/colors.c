@@ -98,10 +98,9 @@ static bool parse_spectrum_lines(ca_importer *importer, const ca_xml_node *node,
         double number[2];
         size_t count = 0;
         for (size_t token_length; count < 3; count++) {
-            cursor += strspn(cursor, " \t\r\v\f"); /* not on the next lines */
-            if (cursor >= end) break;
+            cursor += strspn(cursor, " \t\r,"); /* what separates tokens, but not lines */
+            if (cursor >= end || *cursor == '#') break;
             token_length = ca_next_token(&cursor, &token[count]);
-            if (token_length == 0 || token[count] >= end || token[count][0] == '#') break;
             if (count < 2 && !ca_parse_number(token[count], token_length, &number[count])) count = 3;
         }
         if (count != 0 && count != 2) {

@@ -71,6 +71,9 @@ typedef struct ca_tree_size {
     uint32_t height, nodes;
 } ca_tree_size;
 
+/* Of the first textures, or materials, of the description. */
+typedef CA_TABLE(ca_tree_size) ca_tree_sizes;
+
 typedef struct ca_importer {
     const ca_scene_source *source;
     ca_import_arrays arrays; /* then those of `source` are not used */
@@ -89,7 +92,7 @@ typedef struct ca_importer {
     CA_TABLE(ca_import_image) images;
     CA_TABLE(ca_import_attribute) attributes;
     CA_TABLE(ca_import_guard) guards;
-    CA_TABLE(ca_tree_size) texture_sizes, material_sizes; /* of the first textures and BSDFs of the description */
+    ca_tree_sizes texture_sizes, material_sizes;
     ca_shared_meshes shared;
     ca_mesh_lender **lenders; /* of the source's meshes; NULL where one is only to be copied */
 } ca_importer;

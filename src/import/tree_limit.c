@@ -14,60 +14,49 @@ static ca_tree_size with_part(ca_tree_size whole, ca_tree_size part)
     return whole;
 }
 
-static void check(ca_importer *importer, ca_tree_size size, const char *what, const ca_location *where)
+/* Those before it are known, and so are its parts, which were made before it. */
+static bool add(ca_tree_sizes *sizes, const uint32_t *parts, uint32_t count)
 {
-    if (size.height > MOST_HEIGHT || size.nodes > MOST_NODES)
+    ca_tree_size size = {.height = 1, .nodes = 1};
+    for (uint32_t i = 0; i < count; i++) {
+        assert(parts[i] < sizes->count);
+        size = with_part(size, sizes->items[parts[i]]);
+    }
+    if (!CA_TABLE_ADD(sizes)) return false;
+    sizes->items[sizes->count - 1] = size;
+    return true;
+}
+
+static void check(ca_importer *importer, const ca_tree_sizes *sizes, uint32_t id, const char *what,
+                  const ca_location *where)
+{
+    if (sizes->count <= id)
+        ca_import_fail_memory(importer, what);
+    else if (sizes->items[id].height > MOST_HEIGHT || sizes->items[id].nodes > MOST_NODES)
         ca_import_fail(importer, where, "%s are made of at most %d others, nested at most %d deep", what,
                        MOST_NODES - 1, MOST_HEIGHT);
 }
 
-/* Those before it are known, and so are its parts, which were made before it. */
-static bool add_texture(ca_importer *importer)
-{
-    const size_t id = importer->texture_sizes.count;
-    ca_texture_id parts[3];
-    if (!CA_TABLE_ADD(&importer->texture_sizes)) return false;
-    ca_tree_size size = {.height = 1, .nodes = 1};
-    const int count = ca_texture_parts(&importer->desc->textures.items[id], parts);
-    for (int i = 0; i < count; i++) {
-        assert(parts[i] < id);
-        size = with_part(size, importer->texture_sizes.items[parts[i]]);
-    }
-    importer->texture_sizes.items[id] = size;
-    return true;
-}
-
 void ca_import_limit_texture(ca_importer *importer, ca_texture_id id, const ca_location *where)
 {
+    ca_tree_sizes *sizes = &importer->texture_sizes;
+    ca_texture_id parts[3];
     bool enough = true;
-    while (enough && importer->texture_sizes.count <= id) enough = add_texture(importer);
-    if (enough)
-        check(importer, importer->texture_sizes.items[id], "textures", where);
-    else
-        ca_import_fail_memory(importer, "textures");
-}
-
-static bool add_material(ca_importer *importer)
-{
-    const size_t id = importer->material_sizes.count;
-    ca_material_id children[2];
-    if (!CA_TABLE_ADD(&importer->material_sizes)) return false;
-    ca_tree_size size = {.height = 1, .nodes = 1};
-    const uint32_t count = ca_material_children(&importer->desc->materials.items[id].material, children);
-    for (uint32_t i = 0; i < count; i++) {
-        assert(children[i] < id);
-        size = with_part(size, importer->material_sizes.items[children[i]]);
+    while (enough && sizes->count <= id) {
+        const int count = ca_texture_parts(&importer->desc->textures.items[sizes->count], parts);
+        enough = add(sizes, parts, (uint32_t)count);
     }
-    importer->material_sizes.items[id] = size;
-    return true;
+    check(importer, sizes, id, "textures", where);
 }
 
 void ca_import_limit_material(ca_importer *importer, ca_material_id id, const ca_location *where)
 {
+    ca_tree_sizes *sizes = &importer->material_sizes;
+    ca_material_id children[2];
     bool enough = true;
-    while (enough && importer->material_sizes.count <= id) enough = add_material(importer);
-    if (enough)
-        check(importer, importer->material_sizes.items[id], "BSDFs", where);
-    else
-        ca_import_fail_memory(importer, "materials");
+    while (enough && sizes->count <= id) {
+        const ca_material *material = &importer->desc->materials.items[sizes->count].material;
+        enough = add(sizes, children, ca_material_children(material, children));
+    }
+    check(importer, sizes, id, "BSDFs", where);
 }

@@ -12,7 +12,6 @@
 #include "render/replicates.h"
 
 #include <assert.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* A range, and where it came from: the file's place among all. */
@@ -44,12 +43,6 @@ static ca_status check_same(const merge *m, const ca_pass_reader *reader, ca_err
                    reader->path);
 }
 
-static int by_begin(const void *a, const void *b)
-{
-    const merged_range *x = a, *y = b;
-    return (x->range.begin > y->range.begin) - (x->range.begin < y->range.begin);
-}
-
 /* Of two that follow each other. */
 static ca_status check_apart(const merged_range *a, const merged_range *b, ca_error *error)
 {
@@ -71,17 +64,24 @@ static ca_status check_replicates(const merge *m, const char *path, ca_pass_rang
                    path, RANGE(range), each);
 }
 
-/* Those of a file. */
+/* Those of a file, which are in order, in among the others, from behind. */
 static ca_status add_ranges(merge *m, const ca_pass_reader *reader, ca_error *error)
 {
     const ca_pass_part *part = &reader->part;
     const size_t count = m->range_count + part->range_count, file = m->file_count++;
+    size_t before = m->range_count, left = part->range_count;
     merged_range *ranges = ca_array_grow(m->ranges, &m->range_capacity, count, sizeof *ranges);
     if (!ranges) return ca_fail_memory(error, "the part files");
     m->ranges = ranges;
-    for (size_t i = 0; i < part->range_count; i++)
-        m->ranges[m->range_count++] = (merged_range){reader->path, file, part->ranges[i]};
-    qsort(m->ranges, count, sizeof *m->ranges, by_begin);
+    while (left > 0) {
+        const ca_pass_range last = part->ranges[left - 1];
+        merged_range *to = &m->ranges[before + left - 1];
+        if (before > 0 && m->ranges[before - 1].range.begin > last.begin)
+            *to = m->ranges[--before];
+        else
+            *to = (merged_range){reader->path, file, last}, left--;
+    }
+    m->range_count = count;
     for (size_t i = 1; i < count; i++) CA_TRY(check_apart(&m->ranges[i - 1], &m->ranges[i], error));
     return CA_OK;
 }
