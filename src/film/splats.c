@@ -29,13 +29,13 @@ ca_status ca_splat_buffer_create(ca_splat_buffer *buffer, const uint32_t crop[4]
 {
     *buffer =
         (ca_splat_buffer){.x0 = crop[0], .y0 = crop[1], .width = crop[2] - crop[0], .height = crop[3] - crop[1]};
-    buffer->pixels = ca_alloc_zeroed((size_t)buffer->width * buffer->height, sizeof *buffer->pixels);
-    return buffer->pixels ? CA_OK : ca_fail_memory(error, "the splats");
+    buffer->sums = ca_alloc_zeroed((size_t)buffer->width * buffer->height, 3 * sizeof *buffer->sums);
+    return buffer->sums ? CA_OK : ca_fail_memory(error, "the splats");
 }
 
 void ca_splat_buffer_destroy(ca_splat_buffer *buffer)
 {
-    ca_free(buffer->pixels);
+    ca_free(buffer->sums);
     ca_free(buffer->sorted);
     ca_free(buffer->starts);
     *buffer = (ca_splat_buffer){0};
@@ -43,7 +43,7 @@ void ca_splat_buffer_destroy(ca_splat_buffer *buffer)
 
 void ca_splat_buffer_clear(ca_splat_buffer *buffer)
 {
-    memset(buffer->pixels, 0, (size_t)buffer->width * buffer->height * sizeof *buffer->pixels);
+    memset(buffer->sums, 0, (size_t)buffer->width * buffer->height * 3 * sizeof *buffer->sums);
 }
 
 typedef struct add_task {
@@ -171,7 +171,7 @@ static void add_to_images(const add_task *task, const ca_splat *splat, const foo
 }
 
 /* Row by row, as numbers that follow each other. */
-static void add_to_pixels(const add_task *task, const ca_splat *splat, const footprint *f)
+static void add_to_sums(const add_task *task, const ca_splat *splat, const footprint *f)
 {
     float spread[3 * WIDEST];
     const uint32_t numbers = 3 * f->columns;
@@ -182,13 +182,11 @@ static void add_to_pixels(const add_task *task, const ca_splat *splat, const foo
         spread[3 * i + 2] = height * splat->value.b;
     }
     for (uint32_t j = 0; j < f->rows; j++) {
-        float *row = &task->buffer->pixels[(size_t)(f->y + j) * task->buffer->width + f->x].r;
+        double *row = &task->buffer->sums[3 * ((size_t)(f->y + j) * task->buffer->width + f->x)];
         const float height = f->along_y[j];
-        for (uint32_t k = 0; k < numbers; k++) row[k] += height * spread[k];
+        for (uint32_t k = 0; k < numbers; k++) row[k] += (double)(height * spread[k]);
     }
 }
-
-_Static_assert(sizeof(ca_rgb) == 3 * sizeof(float), "a row of pixels is a row of numbers");
 
 /* The part of a splat that falls into rows [first_row, end_row) of the buffer, no more than a band. */
 static void add_splat(const add_task *task, const ca_splat *splat, uint32_t first_row, uint32_t end_row)
@@ -202,7 +200,7 @@ static void add_splat(const add_task *task, const ca_splat *splat, uint32_t firs
         f.x = begin, f.columns = ca_min_u32(WIDEST, columns.high - begin);
         f.y = rows.low, f.rows = rows.high - rows.low;
         fill_along(task, splat, &f);
-        add_to_pixels(task, splat, &f);
+        add_to_sums(task, splat, &f);
         if (task->images) add_to_images(task, splat, &f);
     }
 }

@@ -2,9 +2,10 @@
  *
  * They are recorded in lists, one for each block of light paths, and then added to a buffer of one colour a pixel,
  * spread by the reconstruction filter. Records are sorted into bands of rows, which are summed in parallel, each in
- * the order of lists and records, so the buffer does not depend on the number of threads.
+ * the order of lists and records, so the buffer does not depend on the number of threads. Sums are of double
+ * precision: millions of splats may fall onto one pixel of a small film, and many are alike.
  *
- * State: 28 bytes a record and 8 for each band that it touches, 12 a pixel. */
+ * State: 28 bytes a record and 8 for each band that it touches, 24 a pixel. */
 #ifndef CA_FILM_SPLATS_H
 #define CA_FILM_SPLATS_H
 
@@ -36,7 +37,7 @@ void ca_splat_list_destroy(ca_splat_list *list);
 
 typedef struct ca_splat_buffer {
     uint32_t x0, y0, width, height; /* the rendered part of the film */
-    ca_rgb *pixels;                 /* owned */
+    double *sums;                   /* owned; red, green, blue of each pixel */
     const ca_splat **sorted;        /* owned; records by band, for the time of an addition */
     size_t sorted_capacity;
     uint32_t *starts;               /* owned; where each band of each list begins among them */
@@ -60,7 +61,8 @@ ca_status ca_splat_buffer_add(ca_splat_buffer *buffer, const ca_splat_list *list
 /* Of pixel (x, y) of the full film, which must be inside of the rendered part. */
 static inline ca_rgb ca_splat_buffer_at(const ca_splat_buffer *buffer, uint32_t x, uint32_t y)
 {
-    return buffer->pixels[(size_t)(y - buffer->y0) * buffer->width + (x - buffer->x0)];
+    const double *sum = &buffer->sums[3 * ((size_t)(y - buffer->y0) * buffer->width + (x - buffer->x0))];
+    return (ca_rgb){(float)sum[0], (float)sum[1], (float)sum[2]};
 }
 
 #endif
