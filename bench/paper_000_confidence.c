@@ -3,7 +3,10 @@
  * Each scene is rendered several times with random numbers of its own, and each render's intervals are asked for the
  * mean of all the others, an independent run that is as many times less one as long. What error that mean has itself
  * is accounted for: the difference of the two has 1 + 1 / (renders - 1) times the variance of one, so the intervals
- * are made wider by the root of that. */
+ * are made wider by the root of that.
+ *
+ * Methods that merge have one expectation for each radius, and the default radius is that of a pilot, which each seed
+ * has for itself: so all renders have the one of the first. */
 #include "paper_000.h"
 
 #include "bench_support.h"
@@ -54,20 +57,33 @@ static uint64_t judged(const calibration *c) { return c->held + c->low + c->high
 static double fraction(const calibration *c) { return (double)c->held / (double)judged(c); }
 static double widened_fraction(const calibration *c) { return (double)c->widened_held / (double)c->widened; }
 
-static ca_image_layers *render(const ca_scene *scene, const method *m, uint64_t seed)
+static ca_render_settings settings_of(const method *m)
 {
     ca_render_settings settings;
-    ca_image_layers *image;
-    ca_error error;
     ca_render_settings_init(&settings);
     settings.integrator = m->integrator;
     settings.sampler = m->sampler;
     settings.samples_per_pixel = m->samples;
     settings.replicates = m->replicates;
-    settings.seed = seed;
     settings.has_seed = true;
     settings.width = settings.height = SIDE;
-    if (ca_render(scene, &settings, &image, NULL, &error) != CA_OK) bench_die(m->name, &error);
+    return settings;
+}
+
+/* What merges take by default with the seed that is set; 0: the method does not merge. */
+static double default_radius(const ca_scene *scene, const ca_render_settings *settings)
+{
+    ca_preflight found = {0};
+    ca_error error;
+    if (ca_preflight_make(scene, settings, &found, &error) != CA_OK) bench_die(settings->integrator, &error);
+    return found.radius;
+}
+
+static ca_image_layers *render(const ca_scene *scene, const ca_render_settings *settings)
+{
+    ca_image_layers *image;
+    ca_error error;
+    if (ca_render(scene, settings, &image, NULL, &error) != CA_OK) bench_die(settings->integrator, &error);
     return image;
 }
 
@@ -140,7 +156,10 @@ static calibration judge(ca_image_layers *const images[], int renders)
 static calibration calibrate(const ca_scene *scene, const method *m, int renders)
 {
     ca_image_layers *images[RENDERS];
-    for (int r = 0; r < renders; r++) images[r] = render(scene, m, 1000 + (uint64_t)r);
+    ca_render_settings settings = settings_of(m);
+    settings.seed = 1000;
+    settings.radius = default_radius(scene, &settings);
+    for (int r = 0; r < renders; r++, settings.seed++) images[r] = render(scene, &settings);
     const calibration c = judge(images, renders);
     for (int r = 0; r < renders; r++) ca_image_release(images[r]);
     return c;
