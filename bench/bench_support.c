@@ -78,3 +78,11 @@ double bench_peak_memory(const char *scene_path, const ca_render_settings *setti
     if (waitpid(child, &status, 0) != child || status != 0 || !answered) exit(1); /* the child has said why */
     return bytes;
 }
+
+double bench_default_radius(const ca_scene *scene, const ca_render_settings *settings)
+{
+    ca_preflight found = {0};
+    ca_error error;
+    if (ca_preflight_make(scene, settings, &found, &error) != CA_OK) bench_die(settings->integrator, &error);
+    return found.radius;
+}

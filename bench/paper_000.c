@@ -9,10 +9,10 @@
 #include "paper_000.h"
 
 static const paper_section sections[] = {
-    {"pictures", paper_000_pictures, 4.0},         {"reading", paper_000_reading, 10.0},
-    {"radius", paper_000_radius, 10.0},            {"law", paper_000_law, 20.0},
-    {"numbers", paper_000_numbers_of_rays, 14.0},  {"pilot", paper_000_pilot, 8.0},
-    {"grid", paper_000_grid, 22.0},                {"confidence", paper_000_confidence, 14.0},
+    {"pictures", paper_000_pictures, 2.0},         {"reading", paper_000_reading, 4.0},
+    {"radius", paper_000_radius, 4.0},             {"law", paper_000_law, 20.0},
+    {"numbers", paper_000_numbers_of_rays, 14.0},  {"pilot", paper_000_pilot, 5.0},
+    {"grid", paper_000_grid, 46.0},                {"confidence", paper_000_confidence, 14.0},
     {"target", paper_000_target, 8.0},
 };
 

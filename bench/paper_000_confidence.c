@@ -70,15 +70,6 @@ static ca_render_settings settings_of(const method *m)
     return settings;
 }
 
-/* What merges take by default with the seed that is set; 0: the method does not merge. */
-static double default_radius(const ca_scene *scene, const ca_render_settings *settings)
-{
-    ca_preflight found = {0};
-    ca_error error;
-    if (ca_preflight_make(scene, settings, &found, &error) != CA_OK) bench_die(settings->integrator, &error);
-    return found.radius;
-}
-
 static ca_image_layers *render(const ca_scene *scene, const ca_render_settings *settings)
 {
     ca_image_layers *image;
@@ -158,7 +149,7 @@ static calibration calibrate(const ca_scene *scene, const method *m, int renders
     ca_image_layers *images[RENDERS];
     ca_render_settings settings = settings_of(m);
     settings.seed = 1000;
-    settings.radius = default_radius(scene, &settings);
+    settings.radius = bench_default_radius(scene, &settings);
     for (int r = 0; r < renders; r++, settings.seed++) images[r] = render(scene, &settings);
     const calibration c = judge(images, renders);
     for (int r = 0; r < renders; r++) ca_image_release(images[r]);
