@@ -6,7 +6,8 @@
  *
  * All estimators get the same random numbers, batch by batch: they trace the same paths and differ in their weights.
  * A scene is rendered until the intervals are as narrow as they should be or its share of the time is used up;
- * --minutes: of all scenes together; --full: all estimators' intervals, however long that takes.
+ * --minutes: of all scenes together. --full: after that, estimators whose intervals are still wider go on alone until
+ * they are not, however long that takes.
  * The report is Markdown; exit status 1 when something that the comparison should show is not so. */
 #include "paper_002.h"
 #include "base/clock.h"
@@ -78,7 +79,8 @@ enum { SCENES = sizeof scenes / sizeof scenes[0] };
 
 typedef struct options {
     uint32_t iterations; /* 0: as many as it takes */
-    double minutes;      /* of all scenes; INFINITY: --full */
+    double minutes;      /* of all scenes; 0: their own */
+    bool full;
     const char *only, *table, *pictures;
 } options;
 
@@ -122,30 +124,37 @@ static double luminance_at(const float *const channels[3], size_t pixel)
 enum { OF_THE_MEAN = ESTIMATORS - VCM - 1 };
 static bool is_of_the_mean(int which) { return which >= VCM && which != VCM_SUMS; }
 
-/* Adds to a batch's statistics; estimators that merge find all light and are what the picture is made of: here its
- * sum over iterations. */
-static void keep_batch(scene_run *run, int which, uint32_t batch, uint32_t iterations, const ca_image_layers *image)
+/* To the picture's sum over iterations. */
+static void keep_picture(scene_run *run, uint32_t iterations, const float *const channels[3])
 {
-    static const char *const names[3] = {"R", "G", "B"};
-    const float *channels[3], *deviation = ca_image_channel(image, "StandardDeviation.Y");
-    for (int c = 0; c < 3; c++) channels[c] = ca_image_channel(image, names[c]);
+    const size_t pixels = (size_t)run->width * run->height;
+    for (size_t c = 0; c < 3; c++)
+        for (size_t p = 0; p < pixels; p++)
+            run->picture[c * pixels + p] += channels[c][p] * (float)iterations / (float)OF_THE_MEAN;
+}
+
+/* Adds to a batch's statistics. */
+static void keep_batch(scene_run *run, int which, uint32_t batch, uint32_t iterations, const float *const channels[3],
+                       const float *deviation)
+{
     const size_t pixels = (size_t)run->width * run->height;
     batches *b = &run->runs[which].samples;
-    const double n = iterations, share = n / (run->iterations / BATCHES + n);
+    const double n = iterations, share = n / (b->iterations + n);
     for (size_t p = 0; p < pixels; p++) {
         const double mean = luminance_at(channels, p);
         const double variance = (double)deviation[p] * (double)deviation[p] * (n - 1.0) / n;
         double *const kept[2] = {&b->mean[p * BATCHES + batch], &b->mean_square[p * BATCHES + batch]};
         *kept[0] += share * (mean - *kept[0]);
         *kept[1] += share * (variance + mean * mean - *kept[1]);
-        if (!is_of_the_mean(which)) continue;
-        for (size_t c = 0; c < 3; c++)
-            run->picture[c * pixels + p] += channels[c][p] * (float)iterations / (float)OF_THE_MEAN;
     }
 }
 
-static void render_batch(const ca_scene *scene, scene_run *run, int which, uint32_t batch, uint32_t iterations)
+/* `together`: all estimators make this pass. Only such passes are in the times, which are compared, and in the
+ * picture; estimators that merge find all light and are what it is made of. */
+static void render_batch(const ca_scene *scene, scene_run *run, int which, uint32_t batch, uint32_t iterations,
+                         bool together)
 {
+    static const char *const names[3] = {"R", "G", "B"};
     const uint64_t seed = BATCH_SEED + batch + (uint64_t)BATCHES * run->passes;
     const ca_render_settings settings = settings_of(run, which, iterations, seed);
     ca_image_layers *image;
@@ -156,8 +165,11 @@ static void render_batch(const ca_scene *scene, scene_run *run, int which, uint3
         fprintf(stderr, "%s, %s: samples that are not finite\n", run->scene->name, settings.integrator);
         exit(1);
     }
-    run->runs[which].seconds[batch] += statistics.seconds; /* of a batch; finish_scene divides */
-    keep_batch(run, which, batch, iterations, image);
+    const float *channels[3];
+    for (int c = 0; c < 3; c++) channels[c] = ca_image_channel(image, names[c]);
+    keep_batch(run, which, batch, iterations, channels, ca_image_channel(image, "StandardDeviation.Y"));
+    if (together) run->runs[which].seconds[batch] += statistics.seconds; /* of a batch; finish_scene divides */
+    if (together && is_of_the_mean(which)) keep_picture(run, iterations, channels);
     ca_image_release(image);
 }
 
@@ -236,10 +248,20 @@ static void render_pass(const ca_scene *scene, scene_run *run, uint32_t iteratio
 {
     for (uint32_t batch = 0; batch < BATCHES; batch++) /* in turns, so that a slow minute slows all */
         for (uint32_t turn = 0; turn < ESTIMATORS; turn++)
-            render_batch(scene, run, (int)((turn + batch) % ESTIMATORS), batch, iterations / BATCHES);
+            render_batch(scene, run, (int)((turn + batch) % ESTIMATORS), batch, iterations / BATCHES, true);
     run->iterations += iterations;
     run->passes++;
-    for (int which = 0; which < ESTIMATORS; which++) run->runs[which].samples.iterations = run->iterations / BATCHES;
+    for (int which = 0; which < ESTIMATORS; which++) run->runs[which].samples.iterations += iterations / BATCHES;
+}
+
+/* A quarter more iterations of one estimator, alone. */
+static void render_more(const ca_scene *scene, scene_run *run, int which)
+{
+    batches *b = &run->runs[which].samples;
+    const uint32_t iterations = b->iterations / 4 + 2;
+    for (uint32_t batch = 0; batch < BATCHES; batch++) render_batch(scene, run, which, batch, iterations, false);
+    b->iterations += iterations;
+    run->passes++;
 }
 
 static void create_scene(const ca_scene *scene, scene_run *run)
@@ -289,7 +311,8 @@ static void compare_others(scene_run *run, const bootstrap_table *table)
     free(both);
 }
 
-static void analyse_scene(scene_run *run)
+/* Which pixels each estimator counts on, and which all do. */
+static void choose_pixels(scene_run *run)
 {
     const size_t pixels = (size_t)run->width * run->height;
     double *reference = reference_of(run);
@@ -299,32 +322,39 @@ static void analyse_scene(scene_run *run)
         /* What bdpt never finds but for a lucky path or two must not pass for noise. */
         const double known = which <= BDPT ? 0.05 : (double)INFINITY;
         r->sharpness = find_consistent_pixels(&r->samples, reference, run->left_out, 0.01, known, r->counts);
-        batches_deviation(&r->samples, r->deviation);
         for (size_t p = 0; p < pixels; p++) {
             if (which >= BDPT) run->common[p] &= r->counts[p];
             if (which >= VCM) run->merging[p] &= r->counts[p];
         }
     }
     free(reference);
+}
+
+static void analyse_pixels(scene_run *run)
+{
     bootstrap_table table;
     bootstrap_draw(&table, 2);
     for (int which = 0; which < ESTIMATORS; which++) {
+        batches_deviation(&run->runs[which].samples, run->runs[which].deviation);
         mean_deviation(&run->runs[which].samples, run->common, &table, run->runs[which].common);
         mean_deviation(&run->runs[which].samples, run->merging, &table, run->runs[which].merging);
     }
     compare_others(run, &table);
 }
 
-/* ---- Time ------------------------------------------------------------------------------------------------------ */
-
-/* Are the intervals as narrow as they should be? */
-static bool is_precise(const scene_run *run, bool full)
+static void analyse_scene(scene_run *run)
 {
-    return report_widest_interval(run, full ? PATH : BDPT) <= 0.01;
+    choose_pixels(run);
+    analyse_pixels(run);
 }
 
-/* Passes until that is so, or until the next one would not fit into `seconds`. */
-static void render_until_precise(const ca_scene *scene, scene_run *run, double seconds)
+/* ---- Time ------------------------------------------------------------------------------------------------------ */
+
+static const double PRECISE = 0.01; /* half an interval over its middle */
+
+/* Passes until the intervals of the estimators from `first` on are as narrow as they should be, or until the next one
+ * would not fit into `seconds`. */
+static void render_until_precise(const ca_scene *scene, scene_run *run, int first, double seconds)
 {
     enum { PASS = 5 * BATCHES };
     const double start = ca_clock_seconds();
@@ -335,7 +365,19 @@ static void render_until_precise(const ca_scene *scene, scene_run *run, double s
         analyse_scene(run);
         end = ca_clock_seconds();
         longest = fmax(longest, end - begin);
-    } while (!is_precise(run, isinf(seconds)) && end + longest < start + seconds);
+    } while (report_widest_interval(run, first) > PRECISE && end + longest < start + seconds);
+}
+
+/* On the pixels that were chosen: with more of them an interval would be that of another figure. */
+static void go_on_alone(const ca_scene *scene, scene_run *run)
+{
+    while (report_widest_interval(run, PATH) > PRECISE) {
+        for (int which = 0; which < ESTIMATORS; which++)
+            if (report_interval(run, which) > PRECISE) render_more(scene, run, which);
+        analyse_pixels(run);
+        fprintf(stderr, "  %s: widest interval %.2f %%\n", run->scene->name,
+                100.0 * report_widest_interval(run, PATH));
+    }
 }
 
 /* Sums become means. */
@@ -349,19 +391,20 @@ static void finish_scene(scene_run *run)
     run->rendered = true;
 }
 
-/* iterations: so many; 0: until precise, or for `seconds`. */
-static void measure_scene(scene_run *run, uint32_t iterations, double seconds)
+/* `seconds`: of the scene's share, unless the options tell the number of iterations. */
+static void measure_scene(scene_run *run, const options *chosen, double seconds)
 {
     ca_error error;
     ca_scene *scene;
     if (ca_scene_load(run->path, NULL, 0, &scene, &error) != CA_OK) bench_die(run->path, &error);
     create_scene(scene, run);
-    if (iterations > 0) {
-        render_pass(scene, run, iterations);
+    if (chosen->iterations > 0) {
+        render_pass(scene, run, chosen->iterations);
         analyse_scene(run);
     } else {
-        render_until_precise(scene, run, seconds);
+        render_until_precise(scene, run, chosen->full ? PATH : BDPT, seconds);
     }
+    if (chosen->full) go_on_alone(scene, run);
     if (run->scene->without_specular) render_fifty(scene, run);
     ca_scene_release(scene);
     finish_scene(run);
@@ -421,7 +464,7 @@ static bool parse_options(int argc, char **argv, options *chosen)
         if (strcmp(argv[i], "--quick") == 0)
             chosen->iterations = 2 * BATCHES;
         else if (strcmp(argv[i], "--full") == 0)
-            chosen->minutes = (double)INFINITY;
+            chosen->full = true;
         else if (more && strcmp(argv[i], "--minutes") == 0 && (chosen->minutes = strtod(argv[i + 1], NULL)) > 0.0)
             i++;
         else if (more && strcmp(argv[i], "--iterations") == 0)
@@ -471,7 +514,7 @@ int main(int argc, char **argv)
     const double scale = chosen.minutes > 0.0 ? chosen.minutes / all_minutes : 1.0;
     for (int i = 0; i < SCENES; i++) {
         if (!runs[i].path[0]) continue;
-        measure_scene(&runs[i], chosen.iterations, 60.0 * scale * scenes[i].minutes);
+        measure_scene(&runs[i], &chosen, 60.0 * scale * scenes[i].minutes);
         fprintf(stderr, "%s: %u iterations of %d estimators\n", runs[i].scene->name, runs[i].iterations, ESTIMATORS);
         report_scene(table, &runs[i]);
         fflush(table);

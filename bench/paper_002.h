@@ -59,7 +59,8 @@ typedef struct scene_run {
     const comparison_scene *scene;
     char path[1024]; /* of the scene file; empty: not to be found */
     uint32_t width, height;
-    uint32_t iterations, passes; /* so far, of each estimator */
+    uint32_t iterations; /* so far, of all estimators; some have gone on alone (runs[].samples.iterations) */
+    uint32_t passes;     /* so far, of all or of one */
     estimator_run runs[ESTIMATORS];
     float *fifty[3]; /* owned, R G B of 50 iterations of bdpt, vcm, ovcm, [channel][pixel]; NULL: not made */
     float *picture; /* owned, mean R G B over the merging estimators, [channel][pixel] */
@@ -69,7 +70,9 @@ typedef struct scene_run {
     bool rendered;
 } scene_run;
 
-/* The widest 95 % interval of a sigma-bar over that, of the estimators from `first` on that count somewhere. */
+/* Half of the 95 % interval of an estimator's sigma-bar over that; 0: it counts nowhere. */
+double report_interval(const scene_run *run, int which);
+/* The widest of these, of the estimators from `first` on that count somewhere. */
 double report_widest_interval(const scene_run *run, int first);
 /* The scene's heading, table and pictures as Markdown. */
 void report_scene(FILE *out, const scene_run *run);

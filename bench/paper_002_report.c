@@ -82,15 +82,31 @@ static void report_row(FILE *out, const scene_run *run, int which)
             r->memory / (1024.0 * 1024.0));
 }
 
+double report_interval(const scene_run *run, int which)
+{
+    const estimator_run *r = &run->runs[which];
+    const figure f = figure_of(which < BDPT ? r->own : r->common);
+    return which >= BDPT || r->own_share > 0.0 ? f.half_width / f.value : 0.0;
+}
+
 double report_widest_interval(const scene_run *run, int first)
 {
     double widest = 0.0;
-    for (int which = first; which < ESTIMATORS; which++) {
-        const estimator_run *r = &run->runs[which];
-        const figure f = figure_of(which < BDPT ? r->own : r->common);
-        if (which >= BDPT || r->own_share > 0.0) widest = fmax(widest, f.half_width / f.value);
-    }
+    for (int which = first; which < ESTIMATORS; which++) widest = fmax(widest, report_interval(run, which));
     return widest;
+}
+
+/* Who made more iterations than all did. */
+static void report_alone(FILE *out, const scene_run *run)
+{
+    const char *between = "\nWith more iterations than all: ";
+    for (int which = 0; which < ESTIMATORS; which++) {
+        const uint32_t iterations = run->runs[which].samples.iterations * BATCHES;
+        if (iterations == run->iterations) continue;
+        fprintf(out, "%s%s %u", between, estimators[which].name, iterations);
+        between = ", ";
+    }
+    if (*between == ',') fputs(".\n", out);
 }
 
 void report_scene(FILE *out, const scene_run *run)
@@ -107,6 +123,7 @@ void report_scene(FILE *out, const scene_run *run)
           "|---|---|---|---|---|---|---|---|---|\n",
           out);
     for (int which = 0; which < ESTIMATORS; which++) report_row(out, run, which);
+    report_alone(out, run);
     fprintf(out, "\n![%s](../pictures/paper-002/%s.png)\n\n", run->scene->name, run->scene->name);
     if (run->fifty[0])
         fprintf(out,
