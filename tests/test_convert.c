@@ -267,6 +267,33 @@ static void test_old_spellings_and_arrays(void **state)
     ca_free(text);
 }
 
+/* Ids have no dots behind it, and those that would become the same stay apart. */
+static void test_ids_with_dots(void **state)
+{
+    static const char *const ids[] = {"wall.red", "wall_red", "a.b_c", "a_b.c", "plain.001", "plain_0"};
+    char path[256], text[4096];
+    int used = snprintf(text, sizeof text, "<scene version=\"3.0.0\"><sensor type=\"perspective\"/>"
+                                           "<emitter type=\"constant\"/>\n");
+    for (int i = 0; i < 6; i++)
+        used += snprintf(text + used, sizeof text - (size_t)used,
+                         "<bsdf type=\"diffuse\" id=\"%s\"><rgb name=\"reflectance\" value=\"0.%d\"/></bsdf>\n"
+                         "<shape type=\"sphere\"><point name=\"center\" x=\"%d\" y=\"0\" z=\"9\"/>"
+                         "<ref id=\"%s\"/></shape>\n",
+                         ids[i], i + 1, 3 * i, ids[i]);
+    snprintf(text + used, sizeof text - (size_t)used, "</scene>\n");
+    write_text(folder_of(state), "dots.xml", text);
+    snprintf(path, sizeof path, "%s/dots.xml", folder_of(state));
+    const ca_scene_source source = {.path = path};
+    check_source(state, &source);
+    snprintf(path, sizeof path, "%s/once/scene.xml", folder_of(state));
+    char *written = read_text(path);
+    static const char *const there[] = {"id=\"wall_red\"", "id=\"wall_red_", "id=\"a_b_c_", "id=\"plain_001\"",
+                                        "id=\"plain_0\""};
+    for (size_t i = 0; i < sizeof there / sizeof *there; i++)
+        if (!strstr(written, there[i])) fail_msg("%s is not in\n%s", there[i], written);
+    ca_free(written);
+}
+
 /* ---- Refusals -------------------------------------------------------------------------------------------------- */
 
 /* Curves that a reader gathered become a file of text, tips included. */
@@ -413,6 +440,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_bundled_scenes),       PROGRAM_TEST(test_old_spellings_and_arrays),
+        PROGRAM_TEST(test_ids_with_dots),
         PROGRAM_TEST(test_failing_allocations),  PROGRAM_TEST(test_inputs_are_never_overwritten),
         PROGRAM_TEST(test_what_cannot_be_written), PROGRAM_TEST(test_the_program),
         PROGRAM_TEST(test_gathered_curves),

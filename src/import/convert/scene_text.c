@@ -1,5 +1,6 @@
 #include "import/convert/scene_text.h"
 
+#include "base/hash.h"
 #include "base/text.h"
 #include "import/number.h"
 
@@ -309,15 +310,42 @@ static const char *tag_for_mitsuba(const ca_xml_node *node)
     return type_of(node) && ca_import_is_spectrum(node) ? "spectrum" : node->tag;
 }
 
-/* Mitsuba's ids have no dots. */
+/* With dots as underscores, are they the same? */
+static bool are_alike(const char *a, const char *b)
+{
+    while (*a && (*a == *b || (strchr("._", *a) && *b && strchr("._", *b)))) a++, b++;
+    return *a == *b;
+}
+
+/* Is another id alike? Ids are sorted, and alike ones are the same up to the first dot or underscore. */
+static bool has_another_alike(const ca_document *document, const char *id)
+{
+    const size_t same = strcspn(id, "._");
+    size_t low = 0, high = document->id_count;
+    while (low < high) {
+        const size_t middle = low + (high - low) / 2;
+        if (strncmp(document->ids[middle].id, id, same) < 0)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    for (; low < document->id_count && strncmp(document->ids[low].id, id, same) == 0; low++)
+        if (strcmp(document->ids[low].id, id) != 0 && are_alike(document->ids[low].id, id)) return true;
+    return false;
+}
+
+/* Mitsuba's ids have no dots. One that would be another's gets a number of its own, made from its text. */
 static const char *id_for_mitsuba(ca_scene_writer *w, const char *id)
 {
     if (!strchr(id, '.')) return id;
-    const char *one[1] = {id};
-    char *changed = (char *)(uintptr_t)join(w, one, 1);
+    char number[16] = "";
+    if (has_another_alike(&w->importer->document, id))
+        snprintf(number, sizeof number, "_%08x", (unsigned)(ca_hash_bytes(0, id, strlen(id)) >> 32));
+    const char *const parts[2] = {id, number};
+    char *changed = (char *)(uintptr_t)join(w, parts, 2);
     for (char *c = changed; c && *c; c++)
         if (*c == '.') *c = '_';
-    return changed && !ca_document_find(&w->importer->document, changed) ? changed : id;
+    return changed ? changed : id;
 }
 
 /* Of the object itself, where the reference goes by an alias. */
