@@ -1,7 +1,6 @@
 /* The radius of merges: paper 000's noise components as functions of it, the bias that it brings beside them, and the
  * radius of least error that a render takes by default. */
 #include "bench_support.h"
-#include "image/layers.h"
 #include "paper_000.h"
 
 #include <math.h>
@@ -54,13 +53,11 @@ static double mean_luminance(const paper_000_run *run)
 
 /* ---- The radius of least error --------------------------------------------------------------------------------- */
 
-/* What a render of the scene takes where nobody chooses: it is in the picture's own record. */
+/* What a render of the scene takes where nobody chooses. */
 static double default_radius(const paper_000_scene *scene)
 {
     ca_scene *loaded = paper_000_load(scene);
     ca_render_settings settings = paper_000_settings(scene, PAPER_000_PILOT_LIGHT, 1, 1);
-    ca_image_layers *image;
-    ca_error error;
     char integrator[128];
     snprintf(integrator, sizeof integrator, "%s%cradius=0", scene->integrator,
              strchr(scene->integrator, ':') ? ',' : ':');
@@ -69,11 +66,7 @@ static double default_radius(const paper_000_scene *scene)
     settings.has_alpha = false;
     settings.sampler = "independent";
     settings.samples_per_pixel = 1;
-    if (ca_render(loaded, &settings, &image, NULL, &error) != CA_OK) bench_die(scene->name, &error);
-    const ca_attribute *record = ca_layers_attribute(image, "caustica.integrator");
-    const char *found = record && record->text ? strstr(record->text, "radius=") : NULL;
-    const double radius = found ? strtod(found + strlen("radius="), NULL) : (double)NAN;
-    ca_image_release(image);
+    const double radius = bench_default_radius(loaded, &settings);
     ca_scene_release(loaded);
     return radius;
 }

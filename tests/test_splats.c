@@ -78,6 +78,11 @@ static ca_splat_buffer create(const uint32_t crop[4])
     return buffer;
 }
 
+static void assert_black(const ca_splat_buffer *buffer)
+{
+    for (size_t i = 0; i < (size_t)buffer->width * buffer->height * 3; i++) assert_true(buffer->sums[i] == 0.0);
+}
+
 /* ---- Sums ------------------------------------------------------------------------------------------------------ */
 
 /* The filter along an axis, splat minus pixel centre in [-radius, radius). A box is constant up to its edges. */
@@ -92,11 +97,6 @@ static double along(const ca_filter *filter, double distance)
 typedef struct oracle_sum {
     double value[3], magnitude; /* magnitude: of the absolute values, which rounding is measured by */
 } oracle_sum;
-
-static void assert_black(const ca_splat_buffer *buffer)
-{
-    for (size_t i = 0; i < (size_t)buffer->width * buffer->height * 3; i++) assert_true(buffer->sums[i] == 0.0);
-}
 
 static oracle_sum oracle(const ca_splat_list *lists, const ca_filter *filter, double scale, uint32_t x, uint32_t y)
 {

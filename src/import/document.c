@@ -174,19 +174,23 @@ static int compare_ids(const void *a, const void *b)
     return u->column < v->column ? -1 : u->column > v->column;
 }
 
-static ca_xml_node *find_direct(const ca_document *document, const char *id)
+size_t ca_document_first_id(const ca_document *document, const char *start, size_t length)
 {
     size_t low = 0, high = document->id_count;
     while (low < high) {
         const size_t middle = low + (high - low) / 2;
-        const int order = strcmp(id, document->ids[middle].id);
-        if (order == 0) return document->ids[middle].node;
-        if (order < 0)
-            high = middle;
-        else
+        if (strncmp(document->ids[middle].id, start, length) < 0)
             low = middle + 1;
+        else
+            high = middle;
     }
-    return NULL;
+    return low;
+}
+
+static ca_xml_node *find_direct(const ca_document *document, const char *id)
+{
+    const size_t at = ca_document_first_id(document, id, strlen(id) + 1);
+    return at < document->id_count && strcmp(document->ids[at].id, id) == 0 ? document->ids[at].node : NULL;
 }
 
 ca_xml_node *ca_document_find(const ca_document *document, const char *id)

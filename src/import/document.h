@@ -51,6 +51,8 @@ const char *ca_document_add_file(ca_document *document, const char *path);
 
 /* The object behind an id, through aliases; NULL where there is none. */
 ca_xml_node *ca_document_find(const ca_document *document, const char *id);
+/* Where ids that begin with `length` bytes of `start`, or come after it, begin among the sorted ones. */
+size_t ca_document_first_id(const ca_document *document, const char *start, size_t length);
 /* The id nearest to a wrong one; NULL where the scene has none. */
 const char *ca_document_nearest_id(const ca_document *document, const char *id);
 

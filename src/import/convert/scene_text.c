@@ -321,16 +321,11 @@ static bool are_alike(const char *a, const char *b)
 static bool has_another_alike(const ca_document *document, const char *id)
 {
     const size_t same = strcspn(id, "._");
-    size_t low = 0, high = document->id_count;
-    while (low < high) {
-        const size_t middle = low + (high - low) / 2;
-        if (strncmp(document->ids[middle].id, id, same) < 0)
-            low = middle + 1;
-        else
-            high = middle;
+    for (size_t i = ca_document_first_id(document, id, same); i < document->id_count; i++) {
+        const char *other = document->ids[i].id;
+        if (strncmp(other, id, same) != 0) break;
+        if (strcmp(other, id) != 0 && are_alike(other, id)) return true;
     }
-    for (; low < document->id_count && strncmp(document->ids[low].id, id, same) == 0; low++)
-        if (strcmp(document->ids[low].id, id) != 0 && are_alike(document->ids[low].id, id)) return true;
     return false;
 }
 
