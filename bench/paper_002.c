@@ -2,12 +2,14 @@
  * merging with several rules of reuse, at a fixed radius and equal iteration counts, on eight scenes; beside them
  * path tracing and photon mapping.
  *
- *     paper_002 [--quick | --iterations N | --full | --minutes N] [--only SCENE] [--table FILE] [--pictures FOLDER]
+ *     paper_002 [--quick | --iterations N | --full | --minutes N | --times] [--only SCENE] [--table FILE]
+ *               [--pictures FOLDER]
  *
  * All estimators get the same random numbers, batch by batch: they trace the same paths and differ in their weights.
  * A scene is rendered until the intervals are as narrow as they should be or its share of the time is used up;
- * --minutes: of all scenes together. --full: after that, estimators whose intervals are still wider go on alone until
- * they are not, however long that takes.
+ * --minutes: of all scenes together. --full: after that, estimators whose intervals are still wider go on alone, with
+ * random numbers of their own, until they are not, however long that takes. In the end times are measured; --times:
+ * nothing else.
  * The report is Markdown; exit status 1 when something that the comparison should show is not so. */
 #include "paper_002.h"
 #include "base/clock.h"
@@ -28,14 +30,14 @@ static const comparison_scene scenes[] = {
      .what = "Veach's room; the pixels of the egg and of the lamp are left out",
      .shared = true,
      .without_specular = true,
-     .minutes = 36.0,
+     .minutes = 30.0,
      .radius = 0.08,
      .closeup = {0.05, 0.1, 0.5}},
     {.name = "water-caustic",
      .file = "water-caustic/scene.xml",
      .what = "a caustic under water, seen through water; bdpt counts above the water only",
      .shared = true,
-     .minutes = 16.0,
+     .minutes = 13.0,
      .radius = 0.02,
      .closeup = {0.2, 0.15, 0.5}},
     {.name = "small-light-far",
@@ -80,7 +82,7 @@ enum { SCENES = sizeof scenes / sizeof scenes[0] };
 typedef struct options {
     uint32_t iterations; /* 0: as many as it takes */
     double minutes;      /* of all scenes; 0: their own */
-    bool full;
+    bool full, only_times;
     const char *only, *table, *pictures;
 } options;
 
@@ -112,6 +114,21 @@ static ca_render_settings settings_of(const scene_run *run, int which, uint32_t 
     settings.width = run->width;
     settings.height = run->height;
     return settings;
+}
+
+/* Returns the seconds that it took. */
+static double render(const ca_scene *scene, const scene_run *run, int which, uint32_t iterations, uint64_t seed,
+                     ca_image_layers **image)
+{
+    const ca_render_settings settings = settings_of(run, which, iterations, seed);
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    ca_error error;
+    if (ca_render(scene, &settings, image, &statistics, &error) != CA_OK) bench_die(settings.integrator, &error);
+    if (statistics.non_finite > 0) {
+        fprintf(stderr, "%s, %s: samples that are not finite\n", run->scene->name, settings.integrator);
+        exit(1);
+    }
+    return statistics.seconds;
 }
 
 static double luminance_at(const float *const channels[3], size_t pixel)
@@ -149,26 +166,18 @@ static void keep_batch(scene_run *run, int which, uint32_t batch, uint32_t itera
     }
 }
 
-/* `together`: all estimators make this pass. Only such passes are in the times, which are compared, and in the
- * picture; estimators that merge find all light and are what it is made of. */
+/* `together`: all estimators make this pass. Only such passes are in the picture; estimators that merge find all
+ * light and are what it is made of. */
 static void render_batch(const ca_scene *scene, scene_run *run, int which, uint32_t batch, uint32_t iterations,
                          bool together)
 {
     static const char *const names[3] = {"R", "G", "B"};
     const uint64_t seed = BATCH_SEED + batch + (uint64_t)BATCHES * run->passes;
-    const ca_render_settings settings = settings_of(run, which, iterations, seed);
     ca_image_layers *image;
-    ca_render_statistics statistics = {.size = sizeof statistics};
-    ca_error error;
-    if (ca_render(scene, &settings, &image, &statistics, &error) != CA_OK) bench_die(settings.integrator, &error);
-    if (statistics.non_finite > 0) {
-        fprintf(stderr, "%s, %s: samples that are not finite\n", run->scene->name, settings.integrator);
-        exit(1);
-    }
+    (void)render(scene, run, which, iterations, seed, &image);
     const float *channels[3];
     for (int c = 0; c < 3; c++) channels[c] = ca_image_channel(image, names[c]);
     keep_batch(run, which, batch, iterations, channels, ca_image_channel(image, "StandardDeviation.Y"));
-    if (together) run->runs[which].seconds[batch] += statistics.seconds; /* of a batch; finish_scene divides */
     if (together && is_of_the_mean(which)) keep_picture(run, iterations, channels);
     ca_image_release(image);
 }
@@ -232,10 +241,8 @@ static void render_fifty(const ca_scene *scene, scene_run *run)
     static const char *const names[3] = {"R", "G", "B"};
     const size_t pixels = (size_t)run->width * run->height;
     for (int i = 0; i < 3; i++) {
-        const ca_render_settings settings = settings_of(run, which[i], 50, BATCH_SEED);
         ca_image_layers *image;
-        ca_error error;
-        if (ca_render(scene, &settings, &image, NULL, &error) != CA_OK) bench_die(settings.integrator, &error);
+        (void)render(scene, run, which[i], 50, BATCH_SEED, &image);
         run->fifty[i] = need(3 * pixels, sizeof *run->fifty[i]);
         for (size_t c = 0; c < 3; c++)
             memcpy(run->fifty[i] + c * pixels, ca_image_channel(image, names[c]), pixels * sizeof *run->fifty[i]);
@@ -246,9 +253,9 @@ static void render_fifty(const ca_scene *scene, scene_run *run)
 /* So many iterations more of every estimator. */
 static void render_pass(const ca_scene *scene, scene_run *run, uint32_t iterations)
 {
-    for (uint32_t batch = 0; batch < BATCHES; batch++) /* in turns, so that a slow minute slows all */
-        for (uint32_t turn = 0; turn < ESTIMATORS; turn++)
-            render_batch(scene, run, (int)((turn + batch) % ESTIMATORS), batch, iterations / BATCHES, true);
+    for (uint32_t batch = 0; batch < BATCHES; batch++)
+        for (int which = 0; which < ESTIMATORS; which++)
+            render_batch(scene, run, which, batch, iterations / BATCHES, true);
     run->iterations += iterations;
     run->passes++;
     for (int which = 0; which < ESTIMATORS; which++) run->runs[which].samples.iterations += iterations / BATCHES;
@@ -348,7 +355,7 @@ static void analyse_scene(scene_run *run)
     analyse_pixels(run);
 }
 
-/* ---- Time ------------------------------------------------------------------------------------------------------ */
+/* ---- Until it is precise --------------------------------------------------------------------------------------- */
 
 static const double PRECISE = 0.01; /* half an interval over its middle */
 
@@ -385,9 +392,6 @@ static void finish_scene(scene_run *run)
 {
     const size_t values = 3 * (size_t)run->width * run->height;
     for (size_t i = 0; i < values; i++) run->picture[i] /= (float)run->iterations;
-    for (int which = 0; which < ESTIMATORS; which++)
-        for (int batch = 0; batch < BATCHES; batch++)
-            run->runs[which].seconds[batch] *= (double)BATCHES / run->iterations;
     run->rendered = true;
 }
 
@@ -408,6 +412,40 @@ static void measure_scene(scene_run *run, const options *chosen, double seconds)
     if (run->scene->without_specular) render_fifty(scene, run);
     ca_scene_release(scene);
     finish_scene(run);
+}
+
+/* ---- Time and memory ------------------------------------------------------------------------------------------- */
+
+/* Before anything else: see bench_peak_memory. */
+static void measure_memory(scene_run *run)
+{
+    for (int which = 0; which < ESTIMATORS; which++) {
+        const ca_render_settings settings = settings_of(run, which, 3, BATCH_SEED);
+        run->runs[which].memory = bench_peak_memory(run->path, &settings);
+    }
+}
+
+/* What twenty iterations more take: pilots, and whatever else a render begins with, are left out. In turns, so that
+ * a slow minute slows all. */
+static void measure_times(scene_run *run)
+{
+    enum { FEW = 2, MORE = 20 };
+    ca_error error;
+    ca_scene *scene;
+    if (ca_scene_load(run->path, NULL, 0, &scene, &error) != CA_OK) bench_die(run->path, &error);
+    for (uint32_t round = 0; round < TIME_ROUNDS; round++)
+        for (uint32_t turn = 0; turn < ESTIMATORS; turn++) {
+            const int which = (int)((turn + round) % ESTIMATORS);
+            double seconds[2];
+            for (int more = 0; more < 2; more++) {
+                ca_image_layers *image;
+                seconds[more] = render(scene, run, which, more ? FEW + MORE : FEW, BATCH_SEED + round, &image);
+                ca_image_release(image);
+            }
+            run->runs[which].seconds[round] = (seconds[1] - seconds[0]) / MORE;
+        }
+    ca_scene_release(scene);
+    run->timed = true;
 }
 
 static void release_scene(scene_run *run)
@@ -447,15 +485,6 @@ static void find_scene(scene_run *run)
     run->path[0] = '\0';
 }
 
-/* Before anything else: see bench_peak_memory. */
-static void measure_memory(scene_run *run)
-{
-    for (int which = 0; which < ESTIMATORS; which++) {
-        const ca_render_settings settings = settings_of(run, which, 3, BATCH_SEED);
-        run->runs[which].memory = bench_peak_memory(run->path, &settings);
-    }
-}
-
 static bool parse_options(int argc, char **argv, options *chosen)
 {
     *chosen = (options){0};
@@ -465,6 +494,8 @@ static bool parse_options(int argc, char **argv, options *chosen)
             chosen->iterations = 2 * BATCHES;
         else if (strcmp(argv[i], "--full") == 0)
             chosen->full = true;
+        else if (strcmp(argv[i], "--times") == 0)
+            chosen->only_times = true;
         else if (more && strcmp(argv[i], "--minutes") == 0 && (chosen->minutes = strtod(argv[i + 1], NULL)) > 0.0)
             i++;
         else if (more && strcmp(argv[i], "--iterations") == 0)
@@ -491,35 +522,43 @@ static void write_pictures(const scene_run *run, const char *folder)
 static int print_usage(const char *program)
 {
     fprintf(stderr,
-            "usage: %s [--quick | --iterations N | --full | --minutes N] [--only SCENE] [--table FILE] "
+            "usage: %s [--quick | --iterations N | --full | --minutes N | --times] [--only SCENE] [--table FILE] "
             "[--pictures FOLDER]\n",
             program);
     return 2;
+}
+
+static void compare_scenes(scene_run *runs, const options *chosen, FILE *table)
+{
+    double all_minutes = 0.0;
+    for (int i = 0; i < SCENES; i++) all_minutes += scenes[i].minutes;
+    const double scale = chosen->minutes > 0.0 ? chosen->minutes / all_minutes : 1.0;
+    for (int i = 0; i < SCENES; i++) {
+        if (!runs[i].path[0]) continue;
+        measure_scene(&runs[i], chosen, 60.0 * scale * scenes[i].minutes);
+        fprintf(stderr, "%s: %u iterations of %d estimators\n", runs[i].scene->name, runs[i].iterations, ESTIMATORS);
+        report_scene(table, &runs[i]);
+        fflush(table);
+        if (chosen->pictures) write_pictures(&runs[i], chosen->pictures);
+    }
 }
 
 int main(int argc, char **argv)
 {
     static scene_run runs[SCENES];
     options chosen;
-    double all_minutes = 0.0;
     if (!parse_options(argc, argv, &chosen)) return print_usage(argv[0]);
     FILE *table = chosen.table ? fopen(chosen.table, "w") : stdout;
     if (!table) return perror(chosen.table), 1;
     for (int i = 0; i < SCENES; i++) {
         start_scene(&runs[i], &scenes[i]);
-        all_minutes += scenes[i].minutes;
         if (!chosen.only || strcmp(chosen.only, scenes[i].name) == 0) find_scene(&runs[i]);
         if (runs[i].path[0]) measure_memory(&runs[i]);
     }
-    const double scale = chosen.minutes > 0.0 ? chosen.minutes / all_minutes : 1.0;
-    for (int i = 0; i < SCENES; i++) {
-        if (!runs[i].path[0]) continue;
-        measure_scene(&runs[i], &chosen, 60.0 * scale * scenes[i].minutes);
-        fprintf(stderr, "%s: %u iterations of %d estimators\n", runs[i].scene->name, runs[i].iterations, ESTIMATORS);
-        report_scene(table, &runs[i]);
-        fflush(table);
-        if (chosen.pictures) write_pictures(&runs[i], chosen.pictures);
-    }
+    if (!chosen.only_times) compare_scenes(runs, &chosen, table);
+    for (int i = 0; i < SCENES; i++)
+        if (runs[i].path[0]) measure_times(&runs[i]);
+    report_times(table, runs, SCENES);
     const int failed = report_checks(table, runs, SCENES);
     for (int i = 0; i < SCENES; i++) release_scene(&runs[i]);
     return (chosen.table && fclose(table) != 0) || failed > 0;

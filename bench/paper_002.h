@@ -42,13 +42,15 @@ typedef struct comparison_scene {
     double closeup[3]; /* left, top, side: fractions of the picture's width */
 } comparison_scene;
 
+enum { TIME_ROUNDS = 5 };
+
 typedef struct estimator_run {
     char integrator[96];
     batches samples;
     double *deviation;                                    /* [pixel], owned */
     bool *counts;                                         /* [pixel], owned */
     double sharpness;                                     /* find_consistent_pixels */
-    double seconds[BATCHES];                              /* of one iteration */
+    double seconds[TIME_ROUNDS];                          /* of one iteration */
     double memory;                                        /* bytes, peak of a process of its own */
     double common[1 + BOOTSTRAP], merging[1 + BOOTSTRAP]; /* sigma-bar on the pixels below */
     double own[1 + BOOTSTRAP], ovcm[1 + BOOTSTRAP]; /* where this one and ovcm count: its own, and ovcm's */
@@ -67,15 +69,19 @@ typedef struct scene_run {
     bool *left_out; /* owned, [pixel] */
     bool *common;   /* owned: where all estimators count ... */
     bool *merging;  /* ... and where all but bdpt do */
-    bool rendered;
+    bool rendered; /* deviations are known */
+    bool timed;    /* times and memory are */
 } scene_run;
 
-/* Half of the 95 % interval of an estimator's sigma-bar over that; 0: it counts nowhere. */
+/* Half of the 95 % interval of an estimator's sigma-bar over that, the wider one where a row has two; 0: it counts
+ * nowhere. */
 double report_interval(const scene_run *run, int which);
 /* The widest of these, of the estimators from `first` on that count somewhere. */
 double report_widest_interval(const scene_run *run, int first);
 /* The scene's heading, table and pictures as Markdown. */
 void report_scene(FILE *out, const scene_run *run);
+/* A table of times of an iteration and of memory, of the scenes that are timed. */
+void report_times(FILE *out, const scene_run *runs, int count);
 /* What the comparison should show; returns how many checks failed. */
 int report_checks(FILE *out, const scene_run *runs, int count);
 

@@ -33,36 +33,22 @@ static double percent_of_pixels(const scene_run *run, const bool *mask)
     return 100.0 * (double)count / (double)pixels;
 }
 
-/* Median over batches of the time of one iteration over another's in the same batch. */
-static double time_over(const scene_run *run, int which, int other)
-{
-    double ratio[BATCHES];
-    for (int i = 0; i < BATCHES; i++) ratio[i] = run->runs[which].seconds[i] / run->runs[other].seconds[i];
-    return bench_median(ratio, BATCHES);
-}
-
 /* `path` and photon mapping, on the pixels where they and ovcm are right. */
 static void report_other(FILE *out, const scene_run *run, int which)
 {
     const estimator_run *r = &run->runs[which];
-    double seconds[BATCHES];
-    memcpy(seconds, r->seconds, sizeof seconds);
     const figure own = figure_of(r->own), against = figure_of_ratio(r->own, r->ovcm);
     if (r->own_share > 0.0)
         fprintf(out, "| %s | %.4g ± %.1f %% (on %.0f %%) | %.3f ± %.3f | – | – | ", estimators[which].name, own.value,
                 100.0 * own.half_width / own.value, 100.0 * r->own_share, against.value, against.half_width);
     else
         fprintf(out, "| %s | right nowhere | – | – | – | ", estimators[which].name);
-    fprintf(out, "%.0f %% (%.1f %%) | %.1f | %.3f | %.1f |\n", percent_of_pixels(run, r->counts),
-            100.0 * r->sharpness, 1e3 * bench_median(seconds, BATCHES), time_over(run, which, VCM),
-            r->memory / (1024.0 * 1024.0));
+    fprintf(out, "%.0f %% (%.1f %%) |\n", percent_of_pixels(run, r->counts), 100.0 * r->sharpness);
 }
 
 static void report_row(FILE *out, const scene_run *run, int which)
 {
     const estimator_run *r = &run->runs[which];
-    double seconds[BATCHES];
-    memcpy(seconds, r->seconds, sizeof seconds);
     if (which < BDPT) {
         report_other(out, run, which);
         return;
@@ -77,16 +63,21 @@ static void report_row(FILE *out, const scene_run *run, int which)
     else
         fprintf(out, "%.4g ± %.1f %% | %.3f ± %.3f | ", merging.value, 100.0 * merging.half_width / merging.value,
                 without.value, without.half_width);
-    fprintf(out, "%.0f %% (%.1f %%) | %.1f | %.3f | %.1f |\n", percent_of_pixels(run, r->counts),
-            100.0 * r->sharpness, 1e3 * bench_median(seconds, BATCHES), time_over(run, which, VCM),
-            r->memory / (1024.0 * 1024.0));
+    fprintf(out, "%.0f %% (%.1f %%) |\n", percent_of_pixels(run, r->counts), 100.0 * r->sharpness);
+}
+
+static double relative_half_width(const double values[1 + BOOTSTRAP])
+{
+    const figure f = figure_of(values);
+    return f.half_width / f.value;
 }
 
 double report_interval(const scene_run *run, int which)
 {
     const estimator_run *r = &run->runs[which];
-    const figure f = figure_of(which < BDPT ? r->own : r->common);
-    return which >= BDPT || r->own_share > 0.0 ? f.half_width / f.value : 0.0;
+    if (which < BDPT) return r->own_share > 0.0 ? relative_half_width(r->own) : 0.0;
+    const double common = relative_half_width(r->common);
+    return which == BDPT ? common : fmax(common, relative_half_width(r->merging));
 }
 
 double report_widest_interval(const scene_run *run, int first)
@@ -118,9 +109,8 @@ void report_scene(FILE *out, const scene_run *run)
             run->scene->name, run->scene->what, run->width, run->height, run->iterations, run->scene->radius,
             percent_of_pixels(run, run->left_out), percent_of_pixels(run, run->common),
             percent_of_pixels(run, run->merging));
-    fputs("| | σ̄ | over ovcm's | σ̄ without bdpt | over ovcm's | counts on (sharpness) | ms/iteration | "
-          "over vcm's | peak MiB |\n"
-          "|---|---|---|---|---|---|---|---|---|\n",
+    fputs("| | σ̄ | over ovcm's | σ̄ without bdpt | over ovcm's | counts on (sharpness) |\n"
+          "|---|---|---|---|---|---|\n",
           out);
     for (int which = 0; which < ESTIMATORS; which++) report_row(out, run, which);
     report_alone(out, run);
@@ -130,6 +120,48 @@ void report_scene(FILE *out, const scene_run *run)
                 "Figure 2: 50 iterations of `bdpt`, `vcm` and `ovcm`, side by side.\n\n"
                 "![50 iterations](../pictures/paper-002/%s-50.png)\n\n",
                 run->scene->name);
+}
+
+/* ---- Time and memory ------------------------------------------------------------------------------------------- */
+
+static double median_time(const scene_run *run, int which)
+{
+    double seconds[TIME_ROUNDS];
+    memcpy(seconds, run->runs[which].seconds, sizeof seconds);
+    return bench_median(seconds, TIME_ROUNDS);
+}
+
+/* Median over rounds of the time of one iteration over another's in the same round. */
+static double time_over(const scene_run *run, int which, int other)
+{
+    double ratio[TIME_ROUNDS];
+    for (int i = 0; i < TIME_ROUNDS; i++) ratio[i] = run->runs[which].seconds[i] / run->runs[other].seconds[i];
+    return bench_median(ratio, TIME_ROUNDS);
+}
+
+static void report_times_row(FILE *out, const scene_run *runs, int count, int which)
+{
+    fprintf(out, "| %s |", estimators[which].name);
+    for (int i = 0; i < count; i++)
+        if (runs[i].timed)
+            fprintf(out, " %.1f, %.3f, %.1f |", 1e3 * median_time(&runs[i], which), time_over(&runs[i], which, VCM),
+                    runs[i].runs[which].memory / (1024.0 * 1024.0));
+    fputc('\n', out);
+}
+
+void report_times(FILE *out, const scene_run *runs, int count)
+{
+    fputs("### Time and memory\n\nMilliseconds of an iteration, those over `vcm`'s, and MiB at the peak. Pilots are "
+          "not in the times, which are\nmedians over five rounds of what twenty iterations more take.\n\n| |",
+          out);
+    for (int i = 0; i < count; i++)
+        if (runs[i].timed) fprintf(out, " %s |", runs[i].scene->name);
+    fputs("\n|---|", out);
+    for (int i = 0; i < count; i++)
+        if (runs[i].timed) fputs("---|", out);
+    fputc('\n', out);
+    for (int which = 0; which < ESTIMATORS; which++) report_times_row(out, runs, count, which);
+    fputc('\n', out);
 }
 
 /* ---- Checks ---------------------------------------------------------------------------------------------------- */
@@ -170,18 +202,24 @@ static void check_ratio(check_list *list, const scene_run *run, int which, check
     check(list, run->scene->name, what, ratio_where_both_count(run, OVCM, which), kind, limit);
 }
 
-static void check_scene(check_list *list, const scene_run *run)
+static void check_deviations(check_list *list, const scene_run *run)
 {
     check_ratio(list, run, BDPT, BELOW, 1.0);
     check_ratio(list, run, VCM, BELOW, 1.0);
     if (run->scene->without_specular) /* the scene of the paper's figure 2 */
         check_ratio(list, run, VCM_STAR, AT_MOST, 1.05);
-    const double widest = 100.0 * report_widest_interval(run, BDPT);
+    const double widest = 100.0 * report_widest_interval(run, PATH);
     check(list, run->scene->name, "widest interval of a σ̄, %", (figure){widest, 0.0}, AT_MOST, 1.0);
+}
+
+static void check_times(check_list *list, const scene_run *run)
+{
     check(list, run->scene->name, "time of an iteration, ovcm / vcm", (figure){time_over(run, OVCM, VCM), 0.0},
           AT_MOST, 1.03);
     check(list, run->scene->name, "time of an iteration, ovcm / vcm with three sums",
           (figure){time_over(run, OVCM, VCM_SUMS), 0.0}, AT_MOST, 1.03);
+    check(list, run->scene->name, "time of an iteration, ovcm / vcm-star",
+          (figure){time_over(run, OVCM, VCM_STAR), 0.0}, AT_MOST, 1.0);
     check(list, run->scene->name, "memory, ovcm / vcm", (figure){run->runs[OVCM].memory / run->runs[VCM].memory, 0.0},
           AT_MOST, 1.01);
 }
@@ -190,8 +228,10 @@ int report_checks(FILE *out, const scene_run *runs, int count)
 {
     check_list list = {.out = out};
     fputs("### What it should show\n\n| scene | | value | goal | |\n|---|---|---|---|---|\n", out);
-    for (int i = 0; i < count; i++)
-        if (runs[i].rendered) check_scene(&list, &runs[i]);
+    for (int i = 0; i < count; i++) {
+        if (runs[i].rendered) check_deviations(&list, &runs[i]);
+        if (runs[i].timed) check_times(&list, &runs[i]);
+    }
     fprintf(out, "\n%d of these do not hold.\n", list.failed);
     return list.failed;
 }

@@ -67,10 +67,13 @@ static const convergence_scene scenes[] = {
      .reference_bias = "path tracing, without bias"},
 };
 
+static const double ALPHA = 0.5;
+
 /* qmcppm or ppm as the scene wants it, with so many times its first radius. */
-static void integrator_for(const convergence_scene *what, const char *name, double radii, char text[128])
+static void integrator_for(const convergence_scene *what, const char *name, double alpha, double radii,
+                           char text[128])
 {
-    snprintf(text, 128, "%s:alpha=0.5,radius=%g,light_paths=%u,camera_paths=%u%s", name, radii * what->radius,
+    snprintf(text, 128, "%s:alpha=%g,radius=%g,light_paths=%u,camera_paths=%u%s", name, alpha, radii * what->radius,
              what->light_paths, what->camera_paths, what->integrator);
 }
 
@@ -114,11 +117,11 @@ static paper_errors repeat(const paper_job *first, const paper_reference *truth,
 }
 
 static convergence measure(const convergence_scene *what, const ca_scene *scene, const paper_reference *truth,
-                           bool quick)
+                           double alpha, bool quick)
 {
     convergence c = {.steps = quick ? 3 : what->steps};
     char integrator[128];
-    integrator_for(what, "qmcppm", 1.0, integrator);
+    integrator_for(what, "qmcppm", alpha, 1.0, integrator);
     for (int i = 0; i < c.steps; i++) {
         c.n[i] = what->light_paths * (double)(1u << i);
         for (int s = 0; s < SAMPLERS; s++) {
@@ -192,6 +195,24 @@ static void print_convergence(FILE *out, const convergence *c)
     fputc('\n', out);
 }
 
+/* A radius that shrinks brings noise back; what a sequence is worth by itself shows where it stays. */
+static void print_fixed_radius(FILE *out, const convergence *c)
+{
+    const int last = c->steps - 1;
+    fputs("With a radius that stays (alpha = 0), the standard deviation, as above:\n\n"
+          "| sampler | at the least n | at the largest | over random's | exponent |\n|---|---|---|---|---|\n",
+          out);
+    for (int s = 0; s < SAMPLERS; s++) {
+        const fits f = fit_sampler(c, s);
+        const double at_last = c->errors[s][last].deviation;
+        fprintf(out, "| %s | %.4f | %.4f | %.2f", samplers[s], c->errors[s][0].deviation, at_last,
+                at_last / c->errors[0][last].deviation);
+        print_fit(out, &f.deviation);
+        fputs(" |\n", out);
+    }
+    fputc('\n', out);
+}
+
 static void plot_convergence(const paper_report *report, const convergence_scene *what, const convergence *c)
 {
     static paper_panel panels[2];
@@ -236,7 +257,7 @@ static contest compete(const convergence_scene *what, const char *method, const 
         char integrator[128];
         paper_job job = *first;
         double seconds;
-        integrator_for(what, method, radii[k], integrator);
+        integrator_for(what, method, ALPHA, radii[k], integrator);
         job.integrator = integrator;
         result.errors[k] = repeat(&job, truth, &seconds, &result.passes[k]);
         if (result.errors[k].rmse < result.errors[result.best].rmse) result.best = k;
@@ -299,6 +320,19 @@ static void check_convergence(paper_report *report, const convergence_scene *wha
     }
 }
 
+/* At a radius that stays: the claim of section 4.3. */
+static void check_exponents(paper_report *report, const convergence_scene *what, const convergence *fixed)
+{
+    const paper_fit random = fit_sampler(fixed, 0).deviation;
+    for (int s = 1; s < SAMPLERS; s++) {
+        const paper_fit fit = fit_sampler(fixed, s).deviation;
+        const double less = fit.exponent - random.exponent, error = hypot(fit.error, random.error);
+        paper_expect(report, less < -2.0 * error, less, "< 0, by two standard errors",
+                     "%s, radius fixed: exponent of the standard deviation of %s less random's (%.2f)", what->name,
+                     samplers[s], random.exponent);
+    }
+}
+
 /* Plain sequences have no seeds: one render's error, beside that of a scrambled one. */
 static void print_plain(paper_report *report, const convergence_scene *what, const ca_scene *scene,
                         const paper_reference *truth, const convergence *c)
@@ -310,7 +344,7 @@ static void print_plain(paper_report *report, const convergence_scene *what, con
                                            {"lattice-tiles-plain", "lattice-tiles"}};
     char integrator[128];
     const int last = c->steps - 1;
-    integrator_for(what, "qmcppm", 1.0, integrator);
+    integrator_for(what, "qmcppm", ALPHA, 1.0, integrator);
     fputs("Plain sequences, which light and camera paths share: RMSE at the largest n, of one render.\n\n"
           "| sequence | RMSE | scrambled or shifted | RMSE |\n|---|---|---|---|\n",
           report->out);
@@ -349,12 +383,15 @@ void paper_convergence(paper_report *report)
             "picture's mean luminance.\n\n",
             what->name, what->width, what->height, what->light_paths, what->camera_paths, what->radius, what->what,
             1u << (what->steps - 1), 1u << (what->steps - 1), what->reference_bias, truth.noise / unit);
-        const convergence c = measure(what, scene, &truth, report->quick);
+        const convergence c = measure(what, scene, &truth, ALPHA, report->quick);
+        const convergence fixed = measure(what, scene, &truth, 0.0, report->quick);
         print_convergence(report->out, &c);
+        print_fixed_radius(report->out, &fixed);
         plot_convergence(report, what, &c);
         print_plain(report, what, scene, &truth, &c);
         compare_in_equal_time(report, what, scene, &truth, &c);
         check_convergence(report, what, &c);
+        check_exponents(report, what, &fixed);
         fflush(report->out);
         free(truth.luminance);
         ca_scene_release(scene);

@@ -5,15 +5,15 @@
 #   scripts/paper-figures.sh NUMBER BUILD_FOLDER [the program's options: --full, --minutes N; --quick, --only ...]
 #
 # It takes less than two hours on two quiet processors: each section stops at its precision or at its share of the
-# time. --full: at its precision, however long that takes; --minutes: another time for all. With --quick, --only or
-# --iterations it only prints, and leaves the document alone.
+# time. --full: at its precision, however long that takes; --minutes: another time for all. With --quick, --only,
+# --times or --iterations it only prints, and leaves the document alone.
 set -eu
 paper=$1
 build=$(cd "$2" && pwd)
 shift 2
 cd "$(dirname "$0")/.."
 case " $* " in
-*' --quick '* | *' --only '* | *' --iterations '*) exec "$build/paper_$paper" "$@" ;;
+*' --quick '* | *' --only '* | *' --times '* | *' --iterations '*) exec "$build/paper_$paper" "$@" ;;
 esac
 
 table=$(mktemp)
