@@ -385,6 +385,7 @@ typedef struct ca_render_statistics {
     uint64_t passes_resumed;        /* so many of these passes, or of the blocks, were in the checkpoint */
     uint32_t ranks;                 /* processes that made them */
     bool keeps_checkpoint;          /* the file of checkpoint_path is this render's: written by it or gone on from */
+    bool lacks_layers;              /* the image is without those that the scene asks for (`aov`) */
 } ca_render_statistics;
 
 #define ca_render_statistics_init(statistics) \
@@ -396,8 +397,8 @@ typedef struct ca_image_layers ca_image_layers;
 
 /* Renders with `settings` (NULL: all as the scene says). `statistics` may be NULL. The image is the caller's, also on
  * failure: NULL then, unless the part file or the pictures of techniques could not be written (CA_ERROR_FILE), or
- * passes had been made before one failed for lack of memory or threads: the image is then of what there is, and so
- * are the statistics. */
+ * passes had been made before one failed for lack of memory or threads, or the scene's layers could not be made: the
+ * image is then of what there is, and so are the statistics. */
 CA_API ca_status ca_render(const ca_scene *scene, const ca_render_settings *settings, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error);
 
@@ -475,7 +476,8 @@ typedef struct ca_noise_summary {
  * pair, camera and light term are then those of all that is not connected, and a fourth, `connect`, may be negative.
  * Their weights depend on the numbers of paths, so that predictions for others are of the weights measured with, but
  * for those of ca_noise_measure_for. `image` (may be NULL) is that of ca_render with the layers Noise.* of
- * docs/images.md; `statistics` may be NULL. */
+ * docs/images.md; `statistics` may be NULL. On failure `noise` and `image` are NULL, unless two iterations had been
+ * made before one failed for lack of memory or threads: they are the caller's then, and of what there is. */
 CA_API ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
                                   ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
                                   ca_error *error);

@@ -115,7 +115,7 @@ END {
     names = command[1]
     for (i = 2; i <= commands; i++) names = names " " command[i]
     print "    if [ \"$COMP_CWORD\" -eq 1 ]; then"
-    print "        COMPREPLY=($(compgen -W \"" names " --help --version\" -- \"$word\"))\n        return"
+    print "        COMPREPLY=($(compgen -W \"" names " help version --help --version\" -- \"$word\"))\n        return"
     print "    elif [ \"$COMP_CWORD\" -eq 2 ] && [ \"${COMP_WORDS[1]}\" = help ]; then"
     print "        COMPREPLY=($(compgen -W \"" names "\" -- \"$word\"))\n        return\n    fi"
     print "    case ${COMP_WORDS[1]} in"
@@ -193,6 +193,7 @@ END {
     print "    else\n        compadd -S \"\" -- ${(u)found}\n    fi\n}\n"
     print "_caustica() {\n    local -a commands\n    local command=$words[2]\n    commands=("
     for (i = 1; i <= commands; i++) print "        \047" command[i] ":" quoted(summary[command[i]]) "\047"
+    print "        \047help:the help of a command\047\n        \047version:the version of the program\047"
     print "    )\n    if (( CURRENT == 2 )); then\n        _describe command commands"
     print "        _arguments --help --version\n        return\n    fi"
     print "    shift words\n    (( CURRENT-- ))\n    case $command in"

@@ -1,5 +1,6 @@
 /* Layers of what camera rays meet first, by names of the scene: against what is known of a square in front of the
  * eye, and against the layers that every picture has. */
+#include "base/memory.h"
 #include "image/layers.h"
 #include "support/scene_text.h"
 
@@ -106,6 +107,60 @@ static void any_number_of_threads_makes_the_same(void **state)
     ca_image_release(three);
 }
 
+/* Who asks to stop gets the picture of whole passes, without layers, and is told. */
+static bool end_after_a_pass(const ca_render_progress *progress, void *user)
+{
+    if (progress->passes_done > 0) __atomic_store_n((int *)user, 1, __ATOMIC_RELAXED);
+    return progress->passes_done == 0;
+}
+
+static void a_stop_leaves_them_out(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_render_settings settings;
+    ca_render_statistics statistics = {.size = sizeof statistics};
+    ca_image_layers *image;
+    int stop = 0;
+    ca_render_settings_init(&settings);
+    settings.samples_per_pixel = 1000;
+    settings.progress = end_after_a_pass;
+    settings.progress_user = &stop;
+    settings.stop = &stop;
+    assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
+    assert_true(statistics.interrupted && statistics.lacks_layers);
+    assert_non_null(ca_layers_find(image, "R"));
+    assert_null(ca_layers_find(image, "d.y.T"));
+    ca_image_release(image);
+    ca_scene_release(scene);
+}
+
+/* Their memory is kept back: where it ends on the way, whatever image there is has them. */
+static void memory_is_kept_back_for_them(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(scene_text);
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    settings.samples_per_pixel = 2;
+    settings.threads = 1;
+    ca_status status = CA_ERROR_MEMORY;
+    for (long allowed = 0; status != CA_OK; allowed++) {
+        ca_image_layers *image;
+        ca_render_statistics statistics = {.size = sizeof statistics};
+        ca_error error = {""};
+        ca_memory_fail_after(allowed);
+        status = ca_render(scene, &settings, &image, &statistics, &error);
+        ca_memory_fail_after(-1);
+        if (status != CA_OK) assert_true(status == CA_ERROR_MEMORY && error.message[0]);
+        if (!image) continue;
+        const bool has_first = ca_layers_find(image, "d.y.T"), has_last = ca_layers_find(image, "a.B");
+        assert_true(has_first && has_last && !statistics.lacks_layers);
+        ca_image_release(image);
+    }
+    ca_scene_release(scene);
+}
+
 /* Mitsuba's integrator `depth`, before the empty sky and a square of half side 1. */
 static void depth_is_a_layer(void **state)
 {
@@ -210,6 +265,8 @@ int main(void)
         cmocka_unit_test(layers_show_the_square),
         cmocka_unit_test(they_are_the_picture_s_own),
         cmocka_unit_test(any_number_of_threads_makes_the_same),
+        cmocka_unit_test(a_stop_leaves_them_out),
+        cmocka_unit_test(memory_is_kept_back_for_them),
         cmocka_unit_test(depth_is_a_layer),
         cmocka_unit_test(albedo_is_mitsuba_s),
         cmocka_unit_test(coordinates_of_quadrics_are_there),

@@ -145,6 +145,61 @@ static void test_choice_of_a_file(void **state)
     ca_scene_release(scene);
 }
 
+/* What a file says cannot be set as well; the same value can, and so can what the method has not. */
+static void test_contradicted_file(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/caustica-auto-XXXXXX.exr";
+    const int descriptor = mkstemps(path, (int)strlen(".exr"));
+    assert_true(descriptor >= 0);
+    close(descriptor);
+    ca_scene *scene = wall_scene();
+    const ca_render_settings made = auto_settings("path:max_depth=5", 2);
+    const uint64_t hash = rendered_hash(scene, &made);
+    save_picture(scene, &made, path);
+    ca_render_settings settings = auto_settings("auto:max_depth=5,light_paths=7", 2);
+    settings.rays = path;
+    settings.radius = 0.5;
+    assert_true(render_auto(scene, &settings).hash == hash);
+    ca_image_layers *image;
+    ca_error error;
+    settings = auto_settings("auto", 2);
+    settings.rays = path;
+    settings.has_max_depth = true;
+    settings.max_depth = 4;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, ".exr: its method has max_depth 5, and 4 is asked for"));
+    settings = auto_settings("auto:hide_emitters=true", 2);
+    settings.rays = path;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "its method has hide_emitters 0, and 1 is asked for"));
+    unlink(path);
+    ca_scene_release(scene);
+}
+
+/* There is an image for each length of paths, and the file's method has paths of any length. */
+static void test_strategies_of_a_file(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/caustica-auto-XXXXXX.exr", folder[] = "/tmp/caustica-auto-XXXXXX";
+    const int descriptor = mkstemps(path, (int)strlen(".exr"));
+    assert_true(descriptor >= 0 && mkdtemp(folder));
+    close(descriptor);
+    ca_scene *scene = wall_scene();
+    const ca_render_settings made = auto_settings("path:max_depth=-1", 1);
+    save_picture(scene, &made, path);
+    ca_render_settings settings = auto_settings("auto", 1);
+    settings.rays = path;
+    settings.strategies_directory = folder;
+    ca_image_layers *image;
+    ca_error error;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "max_depth"));
+    unlink(path);
+    rmdir(folder);
+    ca_scene_release(scene);
+}
+
 /* Numbers of rays are chosen with the method, and by a pilot of their own where there are samples enough. */
 static void test_rays(void **state)
 {
@@ -206,6 +261,31 @@ static bool listen(const ca_render_progress *progress, void *user)
     if (progress->method_warning) snprintf(l->warning, sizeof l->warning, "%s", progress->method_warning);
     if (!progress->method && !progress->snapshot && progress->passes_done == 0) l->told_before_choice++;
     return ++l->calls != l->end_at;
+}
+
+/* A method that loses light is warned of, wherever its name comes from; and the bits of a picture need its seed. */
+static void test_warnings_of_a_file(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/caustica-auto-XXXXXX.exr";
+    const int descriptor = mkstemps(path, (int)strlen(".exr"));
+    assert_true(descriptor >= 0);
+    close(descriptor);
+    ca_scene *scene = water_scene();
+    ca_render_settings made = auto_settings("path:max_depth=6", 2);
+    made.has_seed = true;
+    made.seed = 5;
+    save_picture(scene, &made, path);
+    listener heard = {.end_at = UINT32_MAX};
+    ca_render_settings settings = auto_settings("auto", 2);
+    settings.rays = path;
+    settings.progress = listen;
+    settings.progress_user = &heard;
+    const auto_render r = render_auto(scene, &settings);
+    assert_non_null(strstr(heard.warning, "\"path\" will find none or too little of about 100 % of the light"));
+    assert_non_null(strstr(r.reason, ".exr says (--seed 5 makes its picture again)"));
+    unlink(path);
+    ca_scene_release(scene);
 }
 
 /* The caller hears of the choice, and can end the render while it is made: there is a picture in any case. */
@@ -284,6 +364,8 @@ static void test_check(void **state)
     ca_error error;
     ca_render_settings settings = auto_settings("auto", 2);
     assert_int_equal(ca_render_check(scene, &settings, &error), CA_OK);
+    settings.integrator = "auto:rr_depth=4000"; /* which `path` takes */
+    assert_int_equal(ca_render_check(scene, &settings, &error), CA_OK);
     settings.integrator = "auto:max_dept=3";
     assert_int_equal(ca_render_check(scene, &settings, &error), CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "did you mean \"max_depth\"?"));
@@ -298,6 +380,9 @@ int main(void)
         cmocka_unit_test(test_guide),
         cmocka_unit_test(test_default),
         cmocka_unit_test(test_choice_of_a_file),
+        cmocka_unit_test(test_contradicted_file),
+        cmocka_unit_test(test_strategies_of_a_file),
+        cmocka_unit_test(test_warnings_of_a_file),
         cmocka_unit_test(test_rays),
         cmocka_unit_test(test_camera_paths),
         cmocka_unit_test(test_progress),

@@ -40,6 +40,10 @@ static void test_says_what_it_chose(void **state)
         const json_t *trial = json_array_get(trials, i);
         assert_true(json_number(trial, "iterations") >= 2.0 && json_number(trial, "seconds") > 0.0);
         assert_true(json_number(trial, "variance") >= 0.0 && json_number(trial, "dot_variance") >= 0.0);
+        const char *tried = json_string_value(json_object_get(trial, "integrator"));
+        const bool has_none = tried && (strcmp(tried, "path") == 0 || strcmp(tried, "ppm") == 0);
+        const json_t *splats = json_object_get(trial, "splats");
+        assert_true(has_none ? json_is_null(splats) : json_is_boolean(splats) || strcmp(tried, "bdpm") == 0);
     }
     json_decref(stats);
 }

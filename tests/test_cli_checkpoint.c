@@ -111,6 +111,7 @@ static void test_names_by_itself(void **state)
     assert_true(hash_of(state, "a.exr") == three && !exists(folder, "a.exr.checkpoint.part"));
     RUN(&r, "render", "ball.xml", "--spp=3", "-o", "a.exr", "--resume"); /* there is none: it starts anew */
     assert_exit(&r, 0);
+    assert_says(r.errors, "caustica: there is no a.exr.checkpoint.part: the render begins anew (--checkpoint tells");
     assert_true(hash_of(state, "a.exr") == three);
 }
 
@@ -156,7 +157,7 @@ static void test_newest_number(void **state)
     assert_int_equal(unlink(path), 0);
     RUN(&r, "render", "ball.xml", "--spp=6", "-o", "a.exr", "--resume");
     assert_exit(&r, 0);
-    assert_says(r.output, "resumed after 1 pass");
+    assert_says(r.output, "resumed after 1 pass,");
     assert_string_equal(r.errors, "caustica: goes on from a.exr.checkpoint-4.part\n");
 }
 

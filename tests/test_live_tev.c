@@ -7,6 +7,7 @@
 #include "support/live_fixture.h"
 
 #include <arpa/inet.h>
+#include <dlfcn.h>
 #include <netdb.h>
 #include <pthread.h>
 #include <setjmp.h>
@@ -252,6 +253,21 @@ static void test_large(void **state)
 
 /* ---- Trouble --------------------------------------------------------------------------------------------------- */
 
+enum { NAME_SECONDS = 6 };
+
+/* In the C library's place: of one name nobody knows anything, which takes its time. */
+int getaddrinfo(const char *host, const char *port, const struct addrinfo *hints, struct addrinfo **places)
+{
+    typedef int function(const char *, const char *, const struct addrinfo *, struct addrinfo **);
+    function *real;
+    const struct timespec pause = {.tv_sec = NAME_SECONDS};
+    void *symbol = dlsym(RTLD_NEXT, "getaddrinfo");
+    memcpy(&real, &symbol, sizeof real);
+    if (!host || strcmp(host, "slow.example") != 0) return real(host, port, hints, places);
+    nanosleep(&pause, NULL);
+    return EAI_AGAIN;
+}
+
 /* One that accepts, and then is gone: the render goes on, and its end does not wait. */
 static void test_dies(void **state)
 {
@@ -319,6 +335,15 @@ static void assert_refused(const char *tev, ca_status expected, const char *word
     assert_says(error.message, words);
 }
 
+static void test_name_that_nobody_tells(void **state)
+{
+    (void)state;
+    const double start = ca_clock_seconds();
+    assert_refused("slow.example:1", CA_ERROR_FILE, "tev at slow.example:1: nobody says where slow.example is");
+    const double took = ca_clock_seconds() - start;
+    if (took > 0.6 * NAME_SECONDS) fail_msg("it took %g s", took);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -364,6 +389,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_small), cmocka_unit_test(test_large),    cmocka_unit_test(test_dies),
         cmocka_unit_test(test_hangs), cmocka_unit_test(test_refusals), cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_name_that_nobody_tells),
     };
     return cmocka_run_group_tests_name("live view: tev", tests, NULL, NULL);
 }

@@ -115,7 +115,8 @@ completes() { # completes EXPECTED WORD...
     [ "$found" = "$expected" ] || { echo "$*: \"$found\" instead of \"$expected\""; return 1; }
 }
 bash_completes() {
-    completes "render" re && completes "render" render && completes "--sampler" render --sam &&
+    completes "render" re && completes "help" he && completes "version" ve && completes "render" render &&
+        completes "--sampler" render --sam &&
         completes "--sampler" render a.xml --quiet --sam && completes "bdpt bdpm" render -i bd &&
         completes "bdpt bdpm" render --integrator bd && completes "halton halton-plain" render --sampler = ha &&
         completes "" render --spp 1 && completes "--sensor" info --s && completes "" converge --zz &&
@@ -187,7 +188,7 @@ bash_knows_all() {
         found=$(complete_words "$command" -- | tr ' ' '\n' | sort)
         [ "$found" = "$(options_of "$command" | sed 's/^/--/' | sort)" ] || { echo "$command: $found"; return 1; }
     done
-    [ "$(complete_words "" | tr ' ' '\n' | grep -v '^-')" = "$commands" ]
+    [ "$(complete_words "" | tr ' ' '\n' | grep -v '^-')" = "$(printf '%s\n' $commands help version)" ]
 }
 check "bash knows all options of all commands" bash_knows_all
 

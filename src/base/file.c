@@ -110,6 +110,16 @@ static void fill_suffix(char suffix[SUFFIX_LENGTH], unsigned attempt)
         suffix[i] = letters[value % (sizeof letters - 1)];
 }
 
+/* For leftovers.h; not all file systems can. Who looks whether a writer is alive holds the lock for a moment. */
+static void lock_temporary(int descriptor)
+{
+    const struct timespec moment = {.tv_nsec = 1000000};
+    for (int attempt = 0; attempt < 100; attempt++) {
+        if (flock(descriptor, LOCK_EX | LOCK_NB) == 0 || (errno != EWOULDBLOCK && errno != EINTR)) return;
+        nanosleep(&moment, NULL);
+    }
+}
+
 /* Replacing a file keeps who may read it; a new one has the rights that the umask leaves, which is not asked for here
  * (asking sets it, for all threads). */
 static int open_temporary(ca_file_writer *writer)
@@ -124,7 +134,7 @@ static int open_temporary(ca_file_writer *writer)
         fill_suffix(suffix, attempt);
         descriptor = open(writer->temporary_path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOCTTY, mode);
     }
-    if (descriptor >= 0) (void)flock(descriptor, LOCK_EX | LOCK_NB); /* for leftovers.h; not all file systems can */
+    if (descriptor >= 0) lock_temporary(descriptor);
     if (descriptor >= 0 && replaces) (void)fchmod(descriptor, mode);
     return descriptor;
 }
@@ -168,6 +178,8 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
     const bool failed_before = ferror(writer->stream);
     bool good = !failed_before && fflush(writer->stream) == 0 && fsync(fileno(writer->stream)) == 0;
     int reason = failed_before ? ca_file_write_failure(writer->stream) : errno;
+    /* The lock stays until the file has its name (-1: it does not). */
+    const int locked = fcntl(fileno(writer->stream), F_DUPFD_CLOEXEC, 0);
     if (fclose(writer->stream) != 0 && good) {
         good = false;
         reason = errno;
@@ -176,6 +188,7 @@ ca_status ca_file_commit(ca_file_writer *writer, ca_error *error)
         good = false;
         reason = errno;
     }
+    if (locked >= 0) close(locked);
     ca_status status = CA_OK;
     if (!good) {
         unlink(writer->temporary_path);

@@ -3,6 +3,7 @@
 #include "base/memory.h"
 
 #include <stdio.h>
+#include <string.h>
 
 /* Here are the functions themselves. */
 #undef ca_fail
@@ -39,6 +40,19 @@ ca_status ca_fail_memory(ca_error *error, const char *what)
                        "%.500s: reading this takes more than the %.0f MiB of memory that are allowed; %s",
                        what, (double)budget->limit / 0x1p20, budget->way);
     return ca_fail(error, CA_ERROR_MEMORY, NULL, "out of memory: %s", what);
+}
+
+ca_status ca_fail_also(ca_error *error, ca_status first, ca_status second, const ca_error *reason)
+{
+    if (second == CA_OK) return first;
+    if (first == CA_OK) {
+        if (error) *error = *reason;
+        return second;
+    }
+    if (!error) return first;
+    const size_t used = strlen(error->message);
+    snprintf(error->message + used, sizeof error->message - used, "; %s", reason->message);
+    return first;
 }
 
 const char *ca_status_name(ca_status status)

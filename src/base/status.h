@@ -35,6 +35,10 @@ ca_status ca_fail(ca_error *error, ca_status status, const ca_location *where, c
 /* The commonest of all: no memory for `what`. Returns CA_ERROR_MEMORY. */
 ca_status ca_fail_memory(ca_error *error, const char *what);
 
+/* Of two steps that are both taken, whatever becomes of the first: `reason` is the second one's message. Returns the
+ * first failure's status; where both fail the error tells both. */
+ca_status ca_fail_also(ca_error *error, ca_status first, ca_status second, const ca_error *reason);
+
 /* Clang's analyzer sees one file at a time: that a failure never returns CA_OK must stand here. */
 #ifdef __clang_analyzer__
 #define ca_fail(error, status, ...) (ca_fail(error, status, __VA_ARGS__), (status))

@@ -2,6 +2,7 @@
 #include "base/text.h"
 #include "cli/commands.h"
 #include "cli/converge.h"
+#include "cli/outputs.h"
 #include "cli/say.h"
 #include "cli/shared_options.h"
 #include "sampling/sampler.h"
@@ -103,15 +104,21 @@ static int print_help(void)
     return CA_EXIT_DONE;
 }
 
+/* One that cannot be written does not keep the others from it. */
 static ca_status write_results(ca_converge *c, ca_error *error)
 {
-    CA_TRY(ca_converge_write_pictures(c, error));
-    CA_TRY(ca_converge_write_images_page(c, error));
-    CA_TRY(ca_converge_write(c, "error-time.svg", ca_converge_put_time_plot, error));
-    CA_TRY(ca_converge_write(c, "error-samples.svg", ca_converge_put_samples_plot, error));
-    CA_TRY(ca_converge_write(c, "renders.csv", ca_converge_put_csv, error));
-    CA_TRY(ca_converge_write(c, "converge.json", ca_converge_put_json, error));
-    return ca_converge_write(c, "index.html", ca_converge_put_page, error);
+    static const struct {
+        const char *name;
+        ca_converge_put put;
+    } files[] = {{"error-time.svg", ca_converge_put_time_plot}, {"error-samples.svg", ca_converge_put_samples_plot},
+                 {"renders.csv", ca_converge_put_csv},          {"converge.json", ca_converge_put_json},
+                 {"index.html", ca_converge_put_page}};
+    ca_error reason = {""};
+    ca_status all = ca_converge_write_pictures(c, error);
+    ca_output_note(&all, error, ca_converge_write_images_page(c, &reason), &reason);
+    for (size_t i = 0; i < sizeof files / sizeof files[0]; i++)
+        ca_output_note(&all, error, ca_converge_write(c, files[i].name, files[i].put, &reason), &reason);
+    return all;
 }
 
 static void print_summary(const ca_converge *c)

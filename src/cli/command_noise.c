@@ -410,13 +410,15 @@ static ca_status measure_for(const noise_options *o, const ca_scene *scene, cons
     return status;
 }
 
-/* Renders, averages and chooses. The seconds that `line` shows begin anew with the timing of paths. */
+/* Renders, averages and chooses. The seconds that `line` shows begin anew with the timing of paths. With an image
+ * there is a report, even if a later step failed. */
 static ca_status work(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
                       ca_progress_line *line, ca_noise_report *report, ca_image_layers **image, ca_error *error)
 {
     ca_noise *noise = NULL;
+    ca_error reason = {""};
     ca_status status = measure_for(o, scene, settings, report, &noise, image, error);
-    if (status == CA_OK) status = average_all(noise, report, error);
+    if (*image) status = ca_fail_also(error, status, average_all(noise, report, &reason), &reason);
     line->last_drawn = -1.0;
     if (status == CA_OK && !ca_noise_why_no_numbers(report))
         status = ca_noise_recommend(noise, scene, settings, o->objective, *image, &report->recommendation, error);
@@ -454,7 +456,9 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     ca_signals_catch(o->quiet);
     ca_status status = work(o, scene, &settings, &line, report, &image, error);
     ca_progress_clear(&line);
-    if (status == CA_OK) status = write_outputs(o, image, report, &scale, error);
+    ca_error reason = {""};
+    const ca_status written = image ? write_outputs(o, image, report, &scale, &reason) : CA_OK;
+    ca_output_note(&status, error, written, &reason);
     ca_signals_release();
     if (status == CA_OK) {
         ca_outputs_warn(&report->statistics);

@@ -68,7 +68,8 @@ static void print_summary(const ca_render_options *o, const ca_image_layers *ima
         printf(", passes %llu:%llu", (unsigned long long)s->passes[0], (unsigned long long)s->passes[1]);
     if (s->passes_resumed > 0)
         printf(", resumed after %llu %s", (unsigned long long)s->passes_resumed,
-               s->blocks[1] > 0 ? "blocks" : "passes");
+               s->blocks[1] > 0 ? ca_noun((double)s->passes_resumed, "block", "blocks")
+                                : ca_noun((double)s->passes_resumed, "pass", "passes"));
     if (s->noise_percent >= 0.0) printf(", noise %.3g %%", s->noise_percent);
     if (s->has_confidence)
         printf(", no error bars for %.3g %% of the pixels, widened ones for %.3g %%", 100.0 * s->confidence_marked,

@@ -168,6 +168,10 @@ void ca_keep_fill(const ca_keep *keep, ca_render_settings *settings)
 
 void ca_keep_tell(const ca_keep *keep, bool quiet)
 {
+    if (!keep->existing && keep->resume && !keep->wanted && !quiet)
+        ca_say(stderr,
+               "caustica: there is no %s: the render begins anew (--checkpoint tells the name of another one)\n",
+               keep->path);
     if (!keep->existing) return;
     if (!keep->resume)
         ca_say(stderr,

@@ -209,6 +209,9 @@ ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint3
 
 void ca_outputs_warn(const ca_render_statistics *s)
 {
+    if (s->lacks_layers)
+        fprintf(stderr, "caustica: warning: the image is without the layers that the scene asks for (aov)%s\n",
+                s->interrupted ? ": the render ended before they were traced" : "");
     if (s->non_finite == 0) return;
     fprintf(stderr, "caustica: warning: %llu %s negative or not finite and dropped: a defect, please report it (",
             (unsigned long long)s->non_finite, ca_noun((double)s->non_finite, "sample was", "samples were"));

@@ -92,8 +92,8 @@ ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint3
  * to tell; each one before it is told on standard error when the next one comes. `reason`: of this write. */
 void ca_output_note(ca_status *all, ca_error *error, ca_status status, const ca_error *reason);
 
-/* Says on standard error how many samples were not finite or negative, and where they came from; nothing where none
- * was. */
+/* Says on standard error how many samples were not finite or negative, and where they came from; and whether the
+ * image lacks layers. Nothing where all is well. */
 void ca_outputs_warn(const ca_render_statistics *statistics);
 
 /* The same for a folder that exists or will be made. */

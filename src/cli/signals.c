@@ -9,7 +9,7 @@ static const int ending[] = {SIGINT, SIGTERM, SIGHUP, SIGXCPU, SIGUSR2};
 enum { ENDING_COUNT = sizeof ending / sizeof ending[0] };
 
 /* A signal handler has nothing else to leave its message in. */
-static volatile sig_atomic_t arrived, is_quiet, wants_save;
+static volatile sig_atomic_t arrived, by_hand, is_quiet, wants_save;
 static int stop; /* atomic */
 static struct sigaction previous[ENDING_COUNT], previous_save, previous_alarm;
 
@@ -20,12 +20,14 @@ enum { PATIENCE = 1 };
 static void on_end(int number)
 {
     const int reason = errno;
-    if (arrived) {
-        if (number == SIGHUP || number == SIGXCPU || number == SIGUSR2) return;
+    const bool is_by_hand = number == SIGINT || number == SIGTERM;
+    if (is_by_hand && by_hand) {
         signal(number, SIG_DFL);
         raise(number);
         return;
     }
+    if (is_by_hand) by_hand = 1;
+    if (arrived) return;
     arrived = 1;
     alarm(PATIENCE);
     static const char text[] =
@@ -57,7 +59,7 @@ static void catch_one(int number, void (*handler)(int), struct sigaction *before
 
 void ca_signals_catch(bool quiet)
 {
-    arrived = 0;
+    arrived = by_hand = 0;
     is_quiet = quiet;
     __atomic_store_n(&stop, 0, __ATOMIC_RELAXED);
     const struct sigaction action = {.sa_handler = on_alarm, .sa_flags = SA_RESTART};

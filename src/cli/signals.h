@@ -1,7 +1,8 @@
 /* Signals while rendering. SIGINT, SIGTERM, SIGHUP (the terminal has gone), SIGXCPU (the limit of processor time) and
  * SIGUSR2 (the one that mpirun passes on) ask to finish the pass and write the image; a pass that goes on for longer
  * than a second then is given up, unless several ranks render. A second SIGINT or SIGTERM ends the process at once;
- * the others, which may come again by themselves, do not. SIGUSR1 asks for the picture so far.
+ * the others do not count there, since they come by themselves, again and before these. SIGUSR1 asks for the picture
+ * so far.
  *
  * A signal that was ignored when the program started (nohup) stays so. */
 #ifndef CA_CLI_SIGNALS_H

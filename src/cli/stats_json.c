@@ -2,6 +2,7 @@
 
 #include "cli/json_values.h"
 #include "cli/settings_json.h"
+#include "integrator/integrator.h"
 #include "path/technique.h"
 
 #include <stdio.h>
@@ -59,11 +60,18 @@ static json_t *rays_json(const ca_rays_statistics *r)
     return NULL;
 }
 
+/* Null: the method has none. */
+static json_t *splats_json(const ca_tried_method *t)
+{
+    const ca_integrator_type *type = ca_integrator_of(t->name);
+    return type && type->rules && type->rules->splat ? json_boolean(!t->no_splats) : json_null();
+}
+
 static json_t *trial_json(const ca_tried_method *t)
 {
     json_t *object = json_object();
     const bool complete = set(object, "integrator", json_string(t->name)) &&
-                          set(object, "splats", t->no_splats ? json_false() : json_null()) &&
+                          set(object, "splats", splats_json(t)) &&
                           set(object, "guided", json_boolean(t->guided)) &&
                           set(object, "light_paths", ca_json_number(t->light_paths)) &&
                           set(object, "iterations", count(t->iterations)) &&

@@ -171,11 +171,14 @@ bool ca_technique_images_file(uint32_t index, char name[CA_TECHNIQUE_FILE_SIZE])
     return true;
 }
 
-/* Of one technique with one number of vertices on each side. */
+/* Of one technique with one number of vertices on each side. One that fails does not keep the others from being
+ * written; the first is told. */
 static ca_status write_kinds(const ca_technique_images *images, uint32_t index, uint32_t passes,
                              const char *directory, ca_error *error)
 {
     const technique_pixel *pixels = images->pictures[index];
+    ca_status status = CA_OK;
+    ca_error reason;
     if (!pixels) return CA_OK;
     for (uint32_t kind = 0; kind < KIND_COUNT; kind++) {
         char name[CA_TECHNIQUE_FILE_SIZE], path[4096];
@@ -183,9 +186,10 @@ static ca_status write_kinds(const ca_technique_images *images, uint32_t index, 
         const int length = snprintf(path, sizeof path, "%s/%s", directory, name);
         if (length < 0 || (size_t)length >= sizeof path)
             return ca_fail(error, CA_ERROR_FILE, NULL, "%.200s...: the folder's name is too long", directory);
-        CA_TRY(write_picture(images, pixels, (picture_kind)kind, passes, path, error));
+        const ca_status written = write_picture(images, pixels, (picture_kind)kind, passes, path, &reason);
+        if (status == CA_OK) status = ca_fail_also(error, status, written, &reason);
     }
-    return CA_OK;
+    return status;
 }
 
 ca_status ca_technique_images_write(const ca_technique_images *images, uint32_t passes, const char *directory,
@@ -194,6 +198,11 @@ ca_status ca_technique_images_write(const ca_technique_images *images, uint32_t 
     if (images->failed) return ca_fail_memory(error, "the technique images");
     if (mkdir(directory, 0777) != 0 && errno != EEXIST)
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot make the folder: %s", directory, strerror(errno));
-    for (uint32_t i = 0; i < PICTURES; i++) CA_TRY(write_kinds(images, i, passes, directory, error));
-    return CA_OK;
+    ca_status status = CA_OK;
+    for (uint32_t i = 0; i < PICTURES; i++) {
+        ca_error reason;
+        const ca_status written = write_kinds(images, i, passes, directory, &reason);
+        if (status == CA_OK) status = ca_fail_also(error, status, written, &reason);
+    }
+    return status;
 }

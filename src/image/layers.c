@@ -41,6 +41,11 @@ ca_status ca_layers_add(ca_image_layers *layers, const char *name, float **data,
     return CA_OK;
 }
 
+void ca_layers_cut(ca_image_layers *layers, size_t count)
+{
+    while (layers->channel_count > count) ca_free(layers->channels[--layers->channel_count].data);
+}
+
 const float *ca_layers_find(const ca_image_layers *layers, const char *name)
 {
     for (size_t i = 0; i < layers->channel_count; ++i)

@@ -36,6 +36,8 @@ ca_status ca_layers_create(ca_image_layers **layers, uint32_t width, uint32_t he
 void ca_layers_destroy(ca_image_layers *layers);
 /* Adds a zeroed channel; *data is borrowed from the layers. */
 ca_status ca_layers_add(ca_image_layers *layers, const char *name, float **data, ca_error *error);
+/* Takes away the channels from number `count` on. */
+void ca_layers_cut(ca_image_layers *layers, size_t count);
 /* NULL where there is none of that name. */
 const float *ca_layers_find(const ca_image_layers *layers, const char *name);
 /* The attribute of that name; NULL where there is none. */

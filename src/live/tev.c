@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/text.h"
+#include "live/lookup.h"
 
 #include <errno.h>
 #include <netdb.h>
@@ -81,12 +82,13 @@ ca_status ca_tev_create(ca_tev **tev, const char *place, const char *name, ca_er
     char host[256];
     const char *port = NULL;
     struct addrinfo *places = NULL;
-    const struct addrinfo hints = {.ai_socktype = SOCK_STREAM};
+    const double end = ca_clock_seconds() + patience;
     *tev = NULL;
     CA_TRY(split_place(place, host, &port, error));
-    const int problem = getaddrinfo(host, port, &hints, &places);
-    if (problem != 0) return ca_fail(error, CA_ERROR_FILE, NULL, "tev at %.300s: %s", place, gai_strerror(problem));
-    const int descriptor = connect_to(places, ca_clock_seconds() + patience);
+    ca_error reason;
+    const ca_status found = ca_lookup(host, port, end, &places, &reason);
+    if (found != CA_OK) return ca_fail(error, found, NULL, "tev at %.300s: %.600s", place, reason.message);
+    const int descriptor = connect_to(places, end);
     const int why = errno;
     freeaddrinfo(places);
     if (descriptor < 0) return ca_fail(error, CA_ERROR_FILE, NULL, "tev at %.300s: %s", place, strerror(why));

@@ -18,9 +18,9 @@
 
 typedef struct ca_tev ca_tev;
 
-/* Connects; waits for two seconds at most, beside what the system takes to find the name. `place`: "HOST:PORT";
- * `name`: what the viewer calls the image, borrowed. Errors: CA_ERROR_ARGUMENT (the place), CA_ERROR_FILE (no program
- * listens there). */
+/* Connects; waits for two seconds at most. `place`: "HOST:PORT"; `name`: what the viewer calls the image, borrowed.
+ * Errors: CA_ERROR_ARGUMENT (the place), CA_ERROR_FILE (no program listens there), CA_ERROR_MEMORY,
+ * CA_ERROR_THREADS. */
 ca_status ca_tev_create(ca_tev **tev, const char *place, const char *name, ca_error *error);
 void ca_tev_destroy(ca_tev *tev);
 

@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* What is behind the name in a channel's, one letter for each number. */
 static const char *const suffixes[CA_AOV_KIND_COUNT] = {
@@ -117,12 +118,24 @@ static ca_status add_channels(aov_job *job, ca_error *error)
     return CA_OK;
 }
 
+size_t ca_aov_layers_bytes(const ca_scene *scene)
+{
+    const ca_integrator_desc *desc = &scene->desc.integrator;
+    size_t channels = 0;
+    for (size_t i = 0; i < desc->aovs.count; i++) channels += strlen(suffixes[desc->aovs.items[i].kind]);
+    return channels * sizeof(float);
+}
+
 ca_status ca_aov_layers_add(const ca_render_plan *plan, double samples, ca_image_layers *image, ca_error *error)
 {
     if (plan->scene->desc.integrator.aovs.count == 0) return CA_OK;
     const double rays = samples < CA_AOV_SAMPLES ? ceil(samples) : CA_AOV_SAMPLES;
+    const size_t channels_before = image->channel_count;
+    const ca_parallel parallel = {.workers = plan->threads, .stop = plan->settings->stop};
     aov_job job = {.plan = plan, .samples = rays > 1.0 ? (uint32_t)rays : 1, .image = image};
-    CA_TRY(add_channels(&job, error));
-    const ca_parallel parallel = {.workers = plan->threads};
-    return ca_for_each_tile(&parallel, image->width, image->height, fill_tile, &job, error);
+    ca_status status = add_channels(&job, error);
+    if (status == CA_OK)
+        status = ca_for_each_tile(&parallel, image->width, image->height, fill_tile, &job, error);
+    if (status != CA_OK) ca_layers_cut(image, channels_before);
+    return status;
 }

@@ -3,7 +3,8 @@
  *
  * They are means over the camera paths' own first rays, weighted by the filter as the picture is, of the first
  * CA_AOV_SAMPLES camera paths of a pixel at most; what is met nowhere counts as 0. Traced when the picture is ready,
- * so a picture that is added up from parts has none. A function of scene, settings and seed, never of threads. */
+ * so pictures on the way and those that are added up from parts have none. A function of scene, settings and seed,
+ * never of threads. */
 #ifndef CA_RENDER_AOV_LAYERS_H
 #define CA_RENDER_AOV_LAYERS_H
 
@@ -11,8 +12,12 @@
 
 enum { CA_AOV_SAMPLES = 64 };
 
+/* Bytes of a pixel that they take. */
+size_t ca_aov_layers_bytes(const ca_scene *scene);
+
 /* Adds the layers that the scene asks for to a picture of the plan with so many samples in a pixel; those whose
- * names are there already are left as they are. Errors: CA_ERROR_MEMORY, CA_ERROR_THREADS. */
+ * names are there already are left as they are. All of them or none. Errors: CA_ERROR_INTERRUPTED (the settings'
+ * stop), CA_ERROR_MEMORY, CA_ERROR_THREADS. */
 ca_status ca_aov_layers_add(const ca_render_plan *plan, double samples, ca_image_layers *image, ca_error *error);
 
 #endif

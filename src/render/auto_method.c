@@ -8,6 +8,8 @@
 #include "render/method_light.h"
 #include "render/method_weights.h"
 #include "render/preflight.h"
+#include "render/ranks.h"
+#include "render/render_passes.h"
 #include "render/shown_light.h"
 
 #include <math.h>
@@ -534,18 +536,35 @@ static ca_status warn_of_dots(const chooser *c, uint32_t best, ca_error *error)
     return ca_preflight_chosen(c->plan, passes, photons, c->plan->method_warning, error);
 }
 
-static const ca_method finder = {.type = &ca_integrator_vavcm};
+static const ca_method finder = {.type = &ca_integrator_vavcm}, black = {.type = &ca_integrator_path};
 
-ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error) { return use(plan, &finder, NULL, error); }
+/* There are settings that only `path` takes. */
+static ca_status use_without_trials(ca_render_plan *plan, const ca_method_radii *radii, const ca_method **used,
+                                    ca_error *error)
+{
+    *used = &finder;
+    CA_TRY(use(plan, &finder, radii, error));
+    if (ca_render_passes_check(plan, error) != CA_ERROR_UNSUPPORTED) return CA_OK;
+    *used = &black;
+    return use(plan, &black, NULL, error);
+}
+
+ca_status ca_auto_method_use_any(ca_render_plan *plan, ca_error *error)
+{
+    const ca_method *used;
+    return use_without_trials(plan, NULL, &used, error);
+}
 
 /* Of a choice that ended before any trial told something. */
 static ca_status use_untried(chooser *c, ca_error *error)
 {
     ca_render_plan *plan = c->plan;
+    const ca_method *used;
     char method[192];
-    CA_TRY(use(plan, &finder, &c->radii, error));
-    const ca_tried_method untried = {.name = finder.type->name,
-                                     .light_paths = ca_method_light_paths(&finder, plan),
+    CA_TRY(use_without_trials(plan, &c->radii, &used, error));
+    const bool has_light_paths = ca_method_has_light_paths(used);
+    const ca_tried_method untried = {.name = used->type->name,
+                                     .light_paths = has_light_paths ? ca_method_light_paths(used, plan) : 0.0,
                                      .guided = ca_integrator_value(plan->type, &plan->input, "guide", 0.0) != 0.0};
     write_method(plan, &untried, method, sizeof method);
     snprintf(plan->method.reason, sizeof plan->method.reason, "auto: %s, untried: the choice was interrupted",
@@ -588,6 +607,35 @@ static ca_status choose_by_trials(ca_render_plan *plan, ca_error *error)
 
 /* ---- A choice that was made before ----------------------------------------------------------------------------- */
 
+/* What the user sets must be what the picture's method has: nothing of it can be changed. What is on by default a
+ * method may have been tried without. */
+static ca_status check_asked(const ca_render_plan *asked, const ca_render_plan *plan, ca_error *error)
+{
+    for (const ca_parameter_spec *spec = asked->type->parameters; spec->name; spec++) {
+        const double wanted = ca_integrator_value(asked->type, &asked->input, spec->name, 0.0);
+        const double made = ca_integrator_value(plan->type, &plan->input, spec->name, wanted);
+        const bool is_open = wanted == 0.0 && spec->number == 0.0 && spec->kind != CA_SPEC_BOOLEAN;
+        const bool is_on = spec->kind == CA_SPEC_BOOLEAN && spec->number != 0.0 && wanted != 0.0;
+        if (made == wanted || is_open || is_on || !ca_render_plan_is_set(asked, spec->name)) continue;
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "%.300s: its method has %s %.9g, and %.9g is asked for: with a file of rays nothing of the "
+                       "method can be set",
+                       plan->settings->rays, spec->name, made, wanted);
+    }
+    return CA_OK;
+}
+
+/* The same bits need the same seed, which is for the user to give: other renders of the choice are other samples. */
+static void write_source(ca_render_plan *plan, const ca_image_layers *image)
+{
+    const ca_attribute *seed = ca_layers_attribute(image, "caustica.seed");
+    char more[64] = "";
+    if (seed && !seed->text && seed->number != (double)plan->seed)
+        snprintf(more, sizeof more, " (--seed %.0f makes its picture again)", seed->number);
+    snprintf(plan->method.reason, sizeof plan->method.reason, "auto: %s, as %.200s says%s", plan->type->name,
+             plan->settings->rays, more);
+}
+
 static ca_status use_described(ca_render_plan *plan, const ca_image_layers *image, ca_error *error)
 {
     const ca_attribute *attribute = ca_layers_attribute(image, "caustica.integrator");
@@ -597,9 +645,11 @@ static ca_status use_described(ca_render_plan *plan, const ca_image_layers *imag
     if (!text || !type || ca_integrator_has(type, CA_ABILITY_CHOOSES) || type->begin_block)
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
                        "%s: the picture does not say which method it was made with (caustica.integrator)", path);
+    const ca_render_plan asked = *plan;
     CA_TRY(ca_integrator_configure(type, &nothing_set, false, ca_render_overrides(text), &plan->input, error));
     plan->type = type;
-    snprintf(plan->method.reason, sizeof plan->method.reason, "auto: %s, as %.200s says", type->name, path);
+    CA_TRY(check_asked(&asked, plan, error));
+    write_source(plan, image);
     return ca_render_plan_recount(plan, error);
 }
 
@@ -608,18 +658,19 @@ static ca_status choose_by_file(ca_render_plan *plan, ca_error *error)
 {
     ca_image_layers *image;
     CA_TRY(ca_layers_read(plan->settings->rays, &image, error));
-    const ca_status status = use_described(plan, image, error);
+    ca_status status = use_described(plan, image, error);
     const bool has_numbers = ca_layers_attribute(image, CA_RAY_MAP_LIGHT_PATHS) != NULL;
     const bool uses = has_numbers && ca_integrator_has(plan->type, CA_RAYS_ABILITIES);
     plan->rays = uses ? CA_RAYS_OF_FILE : CA_RAYS_OF_SETTINGS;
     ca_layers_destroy(image);
-    return status;
+    if (status == CA_OK) status = ca_render_plan_check_strategies(plan, error);
+    if (status != CA_OK || plan->scene->light_count == 0 || ca_ranks_helps(plan->settings->ranks)) return status;
+    return ca_preflight_chosen(plan, ca_render_plan_expected_passes(plan), 0.0, plan->method_warning, error);
 }
 
 ca_status ca_auto_method_choose(ca_render_plan *plan, ca_error *error)
 {
     if (plan->rays == CA_RAYS_OF_FILE) return choose_by_file(plan, error);
     if (plan->scene->light_count > 0) return choose_by_trials(plan, error);
-    const ca_method black = {.type = &ca_integrator_path};
     return use(plan, &black, NULL, error);
 }

@@ -21,12 +21,14 @@ static inline bool ca_render_plan_chooses(const ca_render_plan *plan)
 }
 
 /* Chooses the method of a plan that ca_render_plan_chooses, and puts it to use: plan->type and its parameters, and
- * plan->method. Where the settings have a file of rays, the method is the one that the file's picture was made with.
+ * plan->method. Where the settings have a file of rays, the method is the one that the file's picture was made with,
+ * and CA_ERROR_ARGUMENT says that another is asked for.
  * Asks the progress callback; where that ends the render, the best method so far is used for one pass. Errors:
  * CA_ERROR_MEMORY, those of ca_layers_read, and CA_ERROR_FORMAT for a file that names no method. */
 ca_status ca_auto_method_choose(ca_render_plan *plan, ca_error *error);
 
-/* Puts a method to use without any choice: the one that finds all light there is. For checks of the settings. */
-ca_status ca_auto_method_use_finder(ca_render_plan *plan, ca_error *error);
+/* Puts a method to use without any choice: the one that finds all light there is, where it takes the settings. For
+ * checks of these. */
+ca_status ca_auto_method_use_any(ca_render_plan *plan, ca_error *error);
 
 #endif

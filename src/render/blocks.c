@@ -425,10 +425,11 @@ static ca_status finish(block_render *r, ca_image_layers **image, ca_render_stat
     statistics->passes_resumed = r->resumed;
     statistics->keeps_checkpoint = r->checkpoint.is_kept;
     if (written != CA_OK && written != CA_ERROR_FILE) return written;
+    ca_error reason;
     const int *before = ca_loading_until(r->plan->settings->discard);
-    const ca_status developed = ca_part_develop(&r->part, image, written == CA_OK ? error : NULL);
+    const ca_status developed = ca_part_develop(&r->part, image, &reason);
     ca_loading_until(before);
-    return written == CA_OK ? developed : written;
+    return ca_fail_also(error, written, developed, &reason);
 }
 
 /* The part without its blocks. */
@@ -520,8 +521,9 @@ static ca_status run_and_finish(block_render *r, ca_image_layers **image, ca_ren
 {
     const ca_status status = run_blocks(r, error);
     if (!has_blocks(r)) return status;
-    const ca_status finished = finish(r, image, statistics, status == CA_OK ? error : NULL);
-    return status == CA_OK ? finished : status;
+    ca_error reason;
+    const ca_status finished = finish(r, image, statistics, &reason);
+    return ca_fail_also(error, status, finished, &reason);
 }
 
 static ca_status create_work(block_render *r, ca_error *error)

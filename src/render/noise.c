@@ -34,20 +34,27 @@ ca_status ca_noise_check_region(const uint32_t r[4], const uint32_t picture[4], 
 
 /* ---- Measuring ------------------------------------------------------------------------------------------------- */
 
+/* *measured: there are results, whatever failed after them. A pixel has its own number of iterations: one that was
+ * not finished does no harm. */
 static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers **image,
-                         ca_render_statistics *statistics, ca_error *error)
+                         ca_render_statistics *statistics, bool *measured, ca_error *error)
 {
+    *measured = false;
     CA_TRY(ca_pair_film_create(film, p->plan.crop, p->light_paths, p->plan.camera_paths, error));
     if (p->other_count > 0) CA_TRY(ca_pair_film_add_others(film, p->others, p->other_count, error));
     p->plan.input.pairs = film;
     ca_render_statistics own_statistics;
     if (!statistics) statistics = &own_statistics;
-    CA_TRY(ca_render_plan_run(&p->plan, image, statistics, error));
+    const ca_status status = ca_render_plan_run(&p->plan, image, statistics, error);
+    if (status != CA_OK && (!*image || statistics->iterations < 2)) return status;
     if (statistics->iterations < 2)
         return ca_fail(error, CA_ERROR_INTERRUPTED, NULL,
                        "ended before two iterations were complete: no noise was measured");
     if (film->incomplete) return ca_fail_memory(error, "the pairs of light and camera paths");
-    return ca_noise_add_layers(film, *image, error);
+    ca_error reason;
+    const ca_status added = ca_noise_add_layers(film, *image, &reason);
+    *measured = added == CA_OK;
+    return ca_fail_also(error, status, added, &reason);
 }
 
 ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
@@ -76,14 +83,14 @@ ca_status ca_noise_measure_for(const ca_scene *scene, const ca_render_settings *
     if (status == CA_OK)
         (*noise)->light_paths_only =
             ca_integrator_has(p.plan.type, CA_ABILITY_ONE_CAMERA_PATH) || p.plan.camera_paths == 1;
-    if (status == CA_OK) status = measure(&p, &(*noise)->film, &made, &told, error);
+    bool measured = false;
+    if (status == CA_OK) status = measure(&p, &(*noise)->film, &made, &told, &measured, error);
     ca_statistics_give(&told, statistics);
-    if (status == CA_OK && image) {
+    if (measured && image)
         *image = made;
-        return CA_OK;
-    }
-    ca_layers_destroy(made);
-    if (status == CA_OK) return CA_OK;
+    else
+        ca_layers_destroy(made);
+    if (measured) return status;
     ca_noise_release(*noise);
     *noise = NULL;
     return status;

@@ -256,6 +256,14 @@ static ca_status plan_record(ca_render_plan *plan, ca_error *error)
     return plan_auto(plan, error);
 }
 
+static ca_status check_strategies_rays(const ca_render_plan *plan, ca_error *error)
+{
+    if (!plan->settings->strategies_directory || plan->rays == CA_RAYS_OF_SETTINGS) return CA_OK;
+    return ca_fail(
+        error, CA_ERROR_ARGUMENT, NULL,
+        "images of the strategies are made with the same number of camera paths in all pixels, not with rays");
+}
+
 static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
@@ -264,10 +272,7 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     CA_TRY(plan_objective(plan, error));
     if (plan->rays == CA_RAYS_OF_SETTINGS || (chooses && plan->rays == CA_RAYS_OF_FILE)) return CA_OK;
     CA_TRY(check_law(plan, error));
-    if (settings->strategies_directory)
-        return ca_fail(
-            error, CA_ERROR_ARGUMENT, NULL,
-            "images of the strategies are made with the same number of camera paths in all pixels, not with rays");
+    CA_TRY(check_strategies_rays(plan, error));
     if (plan->rays == CA_RAYS_AUTO) return plan_auto(plan, error);
     if (plan->rays == CA_RAYS_OF_RECORD) return plan_record(plan, error);
     if (settings->light_paths > 0 || settings->camera_paths > 0 || is_asked(plan, "light_paths") ||
@@ -292,6 +297,12 @@ static ca_status check_strategies(const ca_render_plan *plan, ca_error *error)
     return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                    "images of the strategies need a max_depth of at most %d, since there is one for each length (%s)",
                    CA_TECHNIQUE_MAX_VERTICES - 1, now);
+}
+
+ca_status ca_render_plan_check_strategies(const ca_render_plan *plan, ca_error *error)
+{
+    CA_TRY(check_strategies_rays(plan, error));
+    return check_strategies(plan, error);
 }
 
 /* ---- When to stop, and memory ---------------------------------------------------------------------------------- */

@@ -120,11 +120,13 @@ static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_rend
 static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
 {
     enum { ROW_BYTES = 1024 /* a pixel, of files of sums */, SMALL_THINGS = 1 << 18 };
+    if (ca_ranks_helps(plan->settings->ranks)) return CA_OK; /* another one makes the image */
     const bool blocks = ca_render_plan_by_blocks(plan), joins = ca_render_plan_joins(plan);
     const bool bars = joins || (blocks ? plan->block_film.error_bars : ca_replicates_passes(plan) > 0);
     const size_t arrays = bars && (blocks || joins) ? CA_CONFIDENCE_ARRAY_BYTES : 0;
     const size_t width = plan->crop[2] - plan->crop[0], height = plan->crop[3] - plan->crop[1];
-    const size_t pixel = ca_film_develop_bytes(bars) + arrays + (joins ? CA_AUTO_IMAGE_PIXEL_BYTES : 0);
+    const size_t pixel = ca_film_develop_bytes(bars) + arrays + (joins ? CA_AUTO_IMAGE_PIXEL_BYTES : 0) +
+                         ca_aov_layers_bytes(plan->scene);
     const size_t bytes = width * height * pixel;
     return ca_reserve_create(&plan->reserve, bytes + width * ROW_BYTES + SMALL_THINGS, "the image",
                              plan->settings->ranks ? NULL : plan->input.stop, error);
@@ -139,6 +141,18 @@ static ca_status agree_on_integrator(const ca_render_plan *plan, ca_error *error
     return ca_part_settings_agree(plan->settings->ranks, text, error);
 }
 
+/* What camera rays meet, of whatever image there is. Who does not wait for that gets the image without. */
+static ca_status add_layers(const ca_render_plan *plan, ca_image_layers *image, ca_status status,
+                            ca_render_statistics *statistics, ca_error *error)
+{
+    statistics->lacks_layers = false;
+    if (!image) return status;
+    const ca_status added =
+        ca_aov_layers_add(plan, statistics->samples_per_pixel, image, status == CA_OK ? error : NULL);
+    statistics->lacks_layers = added != CA_OK;
+    return status != CA_OK || added == CA_ERROR_INTERRUPTED ? status : added;
+}
+
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                              ca_error *error)
 {
@@ -151,7 +165,7 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     if (status == CA_OK) status = agree_on_integrator(plan, error);
     if (status == CA_OK) status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
-    if (status == CA_OK && *image) status = ca_aov_layers_add(plan, statistics->samples_per_pixel, *image, error);
+    status = add_layers(plan, *image, status, statistics, error);
     ca_reserve_release(plan->reserve);
     ca_free(plan->asked);
     plan->reserve = NULL;
@@ -168,7 +182,7 @@ ca_status ca_render_check(const ca_scene *scene, const ca_render_settings *setti
 {
     ca_render_plan plan;
     CA_TRY(ca_render_plan_make(&plan, scene, settings, error));
-    if (ca_render_plan_chooses(&plan)) CA_TRY(ca_auto_method_use_finder(&plan, error));
+    if (ca_render_plan_chooses(&plan)) CA_TRY(ca_auto_method_use_any(&plan, error));
     return ca_render_passes_check(&plan, error);
 }
 

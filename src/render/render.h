@@ -94,6 +94,10 @@ ca_status ca_render_plan_recount(ca_render_plan *plan, ca_error *error);
  * CA_ERROR_ARGUMENT. */
 ca_status ca_render_plan_memory(ca_render_plan *plan, ca_error *error);
 
+/* Images of the strategies, where they are wanted: again, with a method that was chosen. Errors:
+ * CA_ERROR_ARGUMENT. */
+ca_status ca_render_plan_check_strategies(const ca_render_plan *plan, ca_error *error);
+
 /* The passes that the render will make, where samples limit it; else a guess from its time, rather too high. */
 double ca_render_plan_expected_passes(const ca_render_plan *plan);
 

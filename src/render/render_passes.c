@@ -72,27 +72,30 @@ ca_status ca_render_passes_snapshot(const ca_render_progress *progress, ca_image
 static ca_status write_strategies(const ca_pass_render *r, const ca_technique_images *strategies, ca_error *error)
 {
     const char *folder = r->plan->settings->strategies_directory;
-    CA_TRY(ca_technique_images_write(strategies, r->passes, folder, error));
-    return ca_technique_page_write(strategies, r->passes, folder, error);
+    ca_error reason;
+    const ca_status images = ca_technique_images_write(strategies, r->passes, folder, error);
+    return ca_fail_also(error, images, ca_technique_page_write(strategies, r->passes, folder, &reason), &reason);
 }
 
-/* All that is written beside the image. Of several failures the last one is told. */
+/* All that is written beside the image. */
 static ca_status write_files(ca_pass_render *r, ca_error *error)
 {
     const ca_technique_images *strategies = r->plan->input.technique_images;
+    ca_error reason;
     const ca_status images = strategies ? write_strategies(r, strategies, error) : CA_OK;
     const ca_status sums = ca_checkpoint_write_part(&r->kept.checkpoint, r->plan->settings, r->interrupted,
-                                                    ca_pass_loop_write, r, error);
-    return sums != CA_OK ? sums : images;
+                                                    ca_pass_loop_write, r, &reason);
+    return ca_fail_also(error, images, sums, &reason);
 }
 
-/* What goes with the passes of an image; of several failures the first is told. */
+/* What goes with the passes of an image, whatever failed before. */
 static ca_status finish_passes(ca_pass_render *r, ca_status status, ca_render_statistics *statistics, ca_error *error)
 {
+    ca_error reason;
     CA_TRY(ca_loading_check(error));
     fill_statistics(r, statistics);
-    const ca_status written = write_files(r, status == CA_OK ? error : NULL);
-    return status == CA_OK ? written : status;
+    const ca_status written = write_files(r, &reason);
+    return ca_fail_also(error, status, written, &reason);
 }
 
 static ca_status make_image(ca_pass_render *r, ca_status status, ca_image_layers **image,
@@ -103,9 +106,10 @@ static ca_status make_image(ca_pass_render *r, ca_status status, ca_image_layers
     ca_pass_runner_destroy(&r->runner);
     ca_rank_work_destroy(&r->work);
     if (!has_passes || status == CA_ERROR_INTERRUPTED) return status;
-    /* The image is made whatever failed before; the first failure is the one that is told. */
-    const ca_status developed = develop(r, statistics, image, status == CA_OK ? error : NULL);
-    return status == CA_OK ? developed : status;
+    /* The image is made whatever failed before. */
+    ca_error reason;
+    const ca_status developed = develop(r, statistics, image, &reason);
+    return ca_fail_also(error, status, developed, &reason);
 }
 
 static ca_status render_film(ca_pass_render *r, ca_image_layers **image, ca_render_statistics *statistics,
