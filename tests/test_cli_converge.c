@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <time.h>
+#include <unistd.h>
 
 #define CONVERGE "converge", "ball.xml", "--reference=ref.exr", "-o", "out"
 
@@ -122,6 +123,27 @@ static void test_writes_results(void **state)
     assert_int_equal(count_words(csv, "\n"), 13);
     assert_int_equal(count_words(csv, "\"bdpt:max_depth=3,rr_depth=4\",4,"), 2);
     free(csv);
+}
+
+/* One result that cannot be written does not keep the others from it. */
+static void test_writes_the_others(void **state)
+{
+    static const char *const results[] = {"out/renders.csv", "out/converge.json", "out/index.html"};
+    ca_program_result r;
+    char path[600];
+    RUN(&r, CONVERGE, "-i", "path", "--spp=1:2", "--threads=1");
+    assert_exit(&r, 0);
+    for (int i = 0; i < 3; i++) {
+        snprintf(path, sizeof path, "%s/%s", folder_of(state), results[i]);
+        assert_int_equal(unlink(path), 0);
+    }
+    snprintf(path, sizeof path, "%s/out/pictures/reference.png", folder_of(state));
+    assert_true(unlink(path) == 0 && mkdir(path, 0700) == 0); /* a file cannot replace a folder */
+    RUN(&r, CONVERGE, "-i", "path", "--spp=1:2", "--threads=1");
+    assert_exit(&r, 1);
+    assert_says(r.errors, "out/pictures/reference.png: cannot write");
+    for (int i = 0; i < 3; i++)
+        if (!exists(folder_of(state), results[i])) fail_msg("no %s", results[i]);
 }
 
 /* What is read is not written over. */
@@ -419,6 +441,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         REFERENCE_TEST(test_writes_results),
+        REFERENCE_TEST(test_writes_the_others),
         REFERENCE_TEST(test_reference_among_the_pictures),
         REFERENCE_TEST(test_numbers),
         REFERENCE_TEST(test_slopes),

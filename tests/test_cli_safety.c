@@ -113,6 +113,22 @@ static void test_image_is_written_when_strategies_fail(void **state)
     assert_true(exists(folder_of(state), "a.json"));
 }
 
+/* One picture of a technique that cannot be written does not keep the others, and the page, from it. */
+static void test_other_strategies_are_written(void **state)
+{
+    char errors[4096];
+    assert_int_equal(run_shell(state,
+                               "mkdir -p some/hit_s3_t0_weight.exr; "
+                               "$P render ball.xml -o a.png --max-depth 5 --dump-strategies some",
+                               errors, sizeof errors),
+                     1);
+    assert_says(errors, "caustica: some/hit_s3_t0_weight.exr: cannot write");
+    static const char *const others[] = {"a.png", "some/hit_s3_t0_unweighted.exr", "some/hit_s3_t0_weighted.exr",
+                                         "some/next_event_s2_t1_weighted.exr", "some/index.html"};
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
+        if (!exists(folder_of(state), others[i])) fail_msg("no %s", others[i]);
+}
+
 static void test_image_is_written_when_a_part_fails(void **state)
 {
     char errors[4096];
@@ -381,6 +397,7 @@ int main(void)
         PROGRAM_TEST(test_others_are_written_when_one_fails),
         PROGRAM_TEST(test_images_are_written_when_statistics_fail),
         PROGRAM_TEST(test_image_is_written_when_strategies_fail),
+        PROGRAM_TEST(test_other_strategies_are_written),
         PROGRAM_TEST(test_image_is_written_when_a_part_fails),
         PROGRAM_TEST(test_noise_writes_the_others),
         PROGRAM_TEST(test_comparison_is_written_without_its_page),

@@ -7,6 +7,7 @@
 #include "support/sample_files.h"
 #include "support/sample_folder.h"
 
+#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -134,6 +135,60 @@ static void a_folder_that_cannot_be_synced(void **unused)
     assert_int_equal(unlink(path), 0);
 }
 
+/* What fsync says of folders; 0: as it is. */
+static int folder_problem;
+
+/* In the C library's place. */
+int fsync(int descriptor)
+{
+    struct stat info;
+    if (folder_problem && fstat(descriptor, &info) == 0 && S_ISDIR(info.st_mode)) {
+        errno = folder_problem;
+        return -1;
+    }
+    return fdatasync(descriptor);
+}
+
+/* Not all file systems sync folders, and say so; one that fails is told of. */
+static void a_folder_that_is_not_synced(void **unused)
+{
+    (void)unused;
+    static const struct {
+        int problem;
+        ca_status expected;
+    } cases[] = {{EINVAL, CA_OK}, {ENOTSUP, CA_OK}, {EIO, CA_ERROR_FILE}, {0, CA_OK}};
+    char path[256];
+    snprintf(path, sizeof path, "%s", path_to("synced"));
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_file_writer writer;
+        ca_error error = {{0}};
+        assert_int_equal(ca_file_create(&writer, path, NULL), CA_OK);
+        folder_problem = cases[i].problem;
+        const ca_status status = ca_file_commit_durably(&writer, &error);
+        folder_problem = 0;
+        assert_int_equal(status, cases[i].expected);
+        if (status != CA_OK) assert_non_null(strstr(error.message, "/synced: cannot sync its folder: Input/output"));
+        assert_int_equal(unlink(path), 0);
+    }
+}
+
+/* Two steps that are both taken. */
+static void failures_are_told_together(void **unused)
+{
+    (void)unused;
+    const ca_error second = {"b: cannot write"};
+    ca_error error = {"out of memory: a"};
+    assert_int_equal(ca_fail_also(&error, CA_ERROR_MEMORY, CA_OK, &second), CA_ERROR_MEMORY);
+    assert_string_equal(error.message, "out of memory: a");
+    assert_int_equal(ca_fail_also(&error, CA_ERROR_MEMORY, CA_ERROR_FILE, &second), CA_ERROR_MEMORY);
+    assert_string_equal(error.message, "out of memory: a; b: cannot write");
+    assert_int_equal(ca_fail_also(&error, CA_OK, CA_ERROR_FILE, &second), CA_ERROR_FILE);
+    assert_string_equal(error.message, second.message);
+    assert_int_equal(ca_fail_also(NULL, CA_OK, CA_ERROR_FILE, &second), CA_ERROR_FILE);
+    for (int i = 0; i < 100; i++) ca_fail_also(&error, CA_ERROR_FILE, CA_ERROR_FILE, &second); /* it has its end */
+    assert_true(strlen(error.message) == sizeof error.message - 1);
+}
+
 /* One may be written to and not be read: nothing is wrong. Root may always, so that a child is nobody. */
 static void a_folder_that_may_not_be_read(void **unused)
 {
@@ -245,6 +300,7 @@ int main(void)
         cmocka_unit_test(whole_files_up_to_the_limit), cmocka_unit_test(what_is_no_regular_file),
         cmocka_unit_test(a_write_is_seen_at_its_commit), cmocka_unit_test(a_commit_that_fails),
         cmocka_unit_test(a_folder_that_cannot_be_synced), cmocka_unit_test(a_folder_that_may_not_be_read),
+        cmocka_unit_test(a_folder_that_is_not_synced), cmocka_unit_test(failures_are_told_together),
         cmocka_unit_test(a_scratch_has_no_name),       cmocka_unit_test(paths),
         cmocka_unit_test(what_a_kill_leaves),
     };
