@@ -118,12 +118,12 @@ static void test_other_strategies_are_written(void **state)
 {
     char errors[4096];
     assert_int_equal(run_shell(state,
-                               "mkdir -p some/hit_s3_t0_weight.exr; "
+                               "mkdir -p some/hit_s3_t0_unweighted.exr; "
                                "$P render ball.xml -o a.png --max-depth 5 --dump-strategies some",
                                errors, sizeof errors),
                      1);
-    assert_says(errors, "caustica: some/hit_s3_t0_weight.exr: cannot write");
-    static const char *const others[] = {"a.png", "some/hit_s3_t0_unweighted.exr", "some/hit_s3_t0_weighted.exr",
+    assert_says(errors, "caustica: some/hit_s3_t0_unweighted.exr: cannot write");
+    static const char *const others[] = {"a.png", "some/hit_s3_t0_weight.exr", "some/hit_s3_t0_weighted.exr",
                                          "some/next_event_s2_t1_weighted.exr", "some/index.html"};
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++)
         if (!exists(folder_of(state), others[i])) fail_msg("no %s", others[i]);
