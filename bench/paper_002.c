@@ -359,9 +359,8 @@ static void analyse_scene(scene_run *run)
 
 static const double PRECISE = 0.01; /* half an interval over its middle */
 
-/* Passes until the intervals of the estimators from `first` on are as narrow as they should be, or until the next one
- * would not fit into `seconds`. */
-static void render_until_precise(const ca_scene *scene, scene_run *run, int first, double seconds)
+/* Passes until the intervals are as narrow as they should be, or until the next one would not fit into `seconds`. */
+static void render_until_precise(const ca_scene *scene, scene_run *run, double seconds)
 {
     enum { PASS = 5 * BATCHES };
     const double start = ca_clock_seconds();
@@ -372,18 +371,18 @@ static void render_until_precise(const ca_scene *scene, scene_run *run, int firs
         analyse_scene(run);
         end = ca_clock_seconds();
         longest = fmax(longest, end - begin);
-    } while (report_widest_interval(run, first) > PRECISE && end + longest < start + seconds);
+    } while (report_widest_interval(run) > PRECISE && end + longest < start + seconds);
 }
 
 /* On the pixels that were chosen: with more of them an interval would be that of another figure. */
 static void go_on_alone(const ca_scene *scene, scene_run *run)
 {
-    while (report_widest_interval(run, PATH) > PRECISE) {
+    while (report_widest_interval(run) > PRECISE) {
         for (int which = 0; which < ESTIMATORS; which++)
             if (report_interval(run, which) > PRECISE) render_more(scene, run, which);
         analyse_pixels(run);
         fprintf(stderr, "  %s: widest interval %.2f %%\n", run->scene->name,
-                100.0 * report_widest_interval(run, PATH));
+                100.0 * report_widest_interval(run));
     }
 }
 
@@ -402,11 +401,12 @@ static void measure_scene(scene_run *run, const options *chosen, double seconds)
     ca_scene *scene;
     if (ca_scene_load(run->path, NULL, 0, &scene, &error) != CA_OK) bench_die(run->path, &error);
     create_scene(scene, run);
+    run->first_precise = chosen->full ? PATH : BDPT;
     if (chosen->iterations > 0) {
         render_pass(scene, run, chosen->iterations);
         analyse_scene(run);
     } else {
-        render_until_precise(scene, run, chosen->full ? PATH : BDPT, seconds);
+        render_until_precise(scene, run, seconds);
     }
     if (chosen->full) go_on_alone(scene, run);
     if (run->scene->without_specular) render_fifty(scene, run);

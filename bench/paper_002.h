@@ -69,6 +69,7 @@ typedef struct scene_run {
     bool *left_out; /* owned, [pixel] */
     bool *common;   /* owned: where all estimators count ... */
     bool *merging;  /* ... and where all but bdpt do */
+    int first_precise; /* estimators from this one on are rendered until their intervals are narrow */
     bool rendered; /* deviations are known */
     bool timed;    /* times and memory are */
 } scene_run;
@@ -76,8 +77,8 @@ typedef struct scene_run {
 /* Half of the 95 % interval of an estimator's sigma-bar over that, the wider one where a row has two; 0: it counts
  * nowhere. */
 double report_interval(const scene_run *run, int which);
-/* The widest of these, of the estimators from `first` on that count somewhere. */
-double report_widest_interval(const scene_run *run, int first);
+/* The widest of these that the run makes narrow. */
+double report_widest_interval(const scene_run *run);
 /* The scene's heading, table and pictures as Markdown. */
 void report_scene(FILE *out, const scene_run *run);
 /* A table of times of an iteration and of memory, of the scenes that are timed. */

@@ -142,8 +142,9 @@ static void memory_is_kept_back_for_them(void **state)
     ca_scene *scene = scene_from_text(scene_text);
     ca_render_settings settings;
     ca_render_settings_init(&settings);
-    settings.samples_per_pixel = 2;
+    settings.samples_per_pixel = 1;
     settings.threads = 1;
+    settings.width = settings.height = 128; /* more than what else is kept back has room for */
     ca_status status = CA_ERROR_MEMORY;
     for (long allowed = 0; status != CA_OK; allowed++) {
         ca_image_layers *image;

@@ -168,11 +168,37 @@ static void test_contradicted_file(void **state)
     settings.has_max_depth = true;
     settings.max_depth = 4;
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, ".exr: its method has max_depth 5, and 4 is asked for"));
+    assert_non_null(strstr(error.message, ".exr: its method has max_depth=5, and 4 is asked for"));
     settings = auto_settings("auto:hide_emitters=true", 2);
     settings.rays = path;
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, "its method has hide_emitters 0, and 1 is asked for"));
+    assert_non_null(strstr(error.message, "its method has hide_emitters=false, and true is asked for"));
+    settings = auto_settings("auto:heuristic=balance", 2); /* that of path is another one by default */
+    settings.rays = path;
+    assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "its method has heuristic=power, and balance is asked for"));
+    unlink(path);
+    ca_scene_release(scene);
+}
+
+/* The scene's parameters are those of whatever it is rendered with, and ask for nothing; numbers of rays that are
+ * chosen are not those that their pilot was asked to have. */
+static void test_file_of_chosen_rays(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/caustica-auto-XXXXXX.exr";
+    const int descriptor = mkstemps(path, (int)strlen(".exr"));
+    assert_true(descriptor >= 0);
+    close(descriptor);
+    ca_scene *scene = scene_from_text(
+        "<scene version='3.0.0'><integrator type='auto'><float name='alpha' value='0.3'/></integrator>"
+        FROM_ABOVE("8") FLOOR LAMP "</scene>");
+    ca_render_settings settings = auto_settings("auto", 40);
+    settings.rays = "auto";
+    settings.light_paths = 200;
+    save_picture(scene, &settings, path);
+    settings.rays = path;
+    assert_true(render_auto(scene, &settings).reason[0] != '\0');
     unlink(path);
     ca_scene_release(scene);
 }
@@ -185,16 +211,18 @@ static void test_strategies_of_a_file(void **state)
     const int descriptor = mkstemps(path, (int)strlen(".exr"));
     assert_true(descriptor >= 0 && mkdtemp(folder));
     close(descriptor);
-    ca_scene *scene = wall_scene();
+    ca_scene *scene = scene_from_text(
+        "<scene version='3.0.0'><integrator type='auto'><integer name='max_depth' value='5'/></integrator>"
+        FROM_ABOVE("8") FLOOR LAMP "</scene>");
     const ca_render_settings made = auto_settings("path:max_depth=-1", 1);
     save_picture(scene, &made, path);
-    ca_render_settings settings = auto_settings("auto", 1);
+    ca_render_settings settings = auto_settings(NULL, 1); /* the scene's, whose paths are short */
     settings.rays = path;
     settings.strategies_directory = folder;
     ca_image_layers *image;
     ca_error error;
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, "max_depth"));
+    assert_non_null(strstr(error.message, "need a max_depth of at most"));
     unlink(path);
     rmdir(folder);
     ca_scene_release(scene);
@@ -381,6 +409,7 @@ int main(void)
         cmocka_unit_test(test_default),
         cmocka_unit_test(test_choice_of_a_file),
         cmocka_unit_test(test_contradicted_file),
+        cmocka_unit_test(test_file_of_chosen_rays),
         cmocka_unit_test(test_strategies_of_a_file),
         cmocka_unit_test(test_warnings_of_a_file),
         cmocka_unit_test(test_rays),

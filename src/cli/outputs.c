@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "cli/commands.h"
 #include "cli/say.h"
+#include "cli/signals.h"
 #include "cli/stats_json.h"
 #include "film/part_file.h"
 #include "image/image.h"
@@ -198,7 +199,7 @@ ca_status ca_outputs_write(const ca_output_files *files, const ca_image_layers *
 ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint32_t height, ca_reserve **reserve,
                              ca_error *error)
 {
-    enum { LINES = 16, BUFFERS = 4, MOST_LAYERS = 48, PLANES = 3, SMALL_THINGS = 2 << 20 };
+    enum { LINES = 16, BUFFERS = 4, MOST_LAYERS = 96, PLANES = 3, SMALL_THINGS = 2 << 20 };
     const bool has_exr = has_extension(files->paths, files->count, ".exr");
     const bool has_png = has_extension(files->paths, files->count, ".png");
     size_t bytes = SMALL_THINGS;
@@ -211,7 +212,7 @@ void ca_outputs_warn(const ca_render_statistics *s)
 {
     if (s->lacks_layers)
         fprintf(stderr, "caustica: warning: the image is without the layers that the scene asks for (aov)%s\n",
-                s->interrupted ? ": the render ended before they were traced" : "");
+                s->interrupted || ca_signals_arrived() ? ": the render ended before they were traced" : "");
     if (s->non_finite == 0) return;
     fprintf(stderr, "caustica: warning: %llu %s negative or not finite and dropped: a defect, please report it (",
             (unsigned long long)s->non_finite, ca_noun((double)s->non_finite, "sample was", "samples were"));

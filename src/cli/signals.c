@@ -16,7 +16,17 @@ static struct sigaction previous[ENDING_COUNT], previous_save, previous_alarm;
 /* What a pass may take that was begun when the signal came, in seconds. */
 enum { PATIENCE = 1 };
 
-/* These three: only calls that are safe in a handler (POSIX, "Async-signal-safe functions"). */
+/* These four: only calls that are safe in a handler (POSIX, "Async-signal-safe functions"). */
+static void say(bool is_by_hand)
+{
+    static const char text[] = "\ncaustica: finishing this pass or block, then the result is written\n";
+    static const char by_hand_text[] =
+        "\ncaustica: finishing this pass or block, then the result is written (again: stop at once)\n";
+    const ssize_t count = is_by_hand ? write(STDERR_FILENO, by_hand_text, sizeof by_hand_text - 1)
+                                     : write(STDERR_FILENO, text, sizeof text - 1);
+    (void)count; /* standard error may be closed */
+}
+
 static void on_end(int number)
 {
     const int reason = errno;
@@ -26,13 +36,11 @@ static void on_end(int number)
         raise(number);
         return;
     }
+    const bool is_news = is_by_hand || !arrived;
+    if (!arrived) alarm(PATIENCE);
     if (is_by_hand) by_hand = 1;
-    if (arrived) return;
     arrived = 1;
-    alarm(PATIENCE);
-    static const char text[] =
-        "\ncaustica: finishing this pass or block, then the result is written (again: stop at once)\n";
-    if (!is_quiet && write(STDERR_FILENO, text, sizeof text - 1) < 0) errno = reason; /* standard error is closed */
+    if (!is_quiet && is_news) say(is_by_hand);
     errno = reason;
 }
 

@@ -256,6 +256,16 @@ static void append_choice(const char *choices, int index, char *text, size_t siz
     snprintf(text, size, "%.*s", (int)strcspn(choices, "|"), choices);
 }
 
+void ca_parameter_describe(const ca_parameter_spec *spec, double value, char *text, size_t size)
+{
+    switch (spec->kind) {
+    case CA_SPEC_CHOICE: append_choice(spec->choices, (int)value, text, size); break;
+    case CA_SPEC_BOOLEAN: snprintf(text, size, "%s", value != 0.0 ? "true" : "false"); break;
+    case CA_SPEC_REAL: snprintf(text, size, "%.9g", value); break;
+    case CA_SPEC_INTEGER: snprintf(text, size, "%.0f", value); break;
+    }
+}
+
 void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text, size_t size)
 {
     snprintf(text, size, "%s", type->name);
@@ -264,13 +274,6 @@ void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_
         size_t used = strlen(text);
         snprintf(text + used, size - used, "%c%s=", i ? ',' : ':', spec->name);
         used = strlen(text);
-        if (spec->kind == CA_SPEC_CHOICE)
-            append_choice(spec->choices, (int)input->values[i], text + used, size - used);
-        else if (spec->kind == CA_SPEC_BOOLEAN)
-            snprintf(text + used, size - used, "%s", input->values[i] != 0.0 ? "true" : "false");
-        else if (spec->kind == CA_SPEC_REAL)
-            snprintf(text + used, size - used, "%.9g", input->values[i]);
-        else
-            snprintf(text + used, size - used, "%.0f", input->values[i]);
+        ca_parameter_describe(spec, input->values[i], text + used, size - used);
     }
 }

@@ -246,6 +246,9 @@ ca_status ca_integrator_set_guide(const ca_integrator_type *type, const ca_emiss
 ca_status ca_integrator_limit_pilot(const ca_integrator_type *pilot, const ca_integrator_type *type,
                                     const ca_integrator_input *from, ca_integrator_input *input, ca_error *error);
 
+/* Writes a parameter's value as it is recorded in images. */
+void ca_parameter_describe(const ca_parameter_spec *spec, double value, char *text, size_t size);
+
 /* Writes "name:parameter=value,..." with all values, as recorded in images. */
 void ca_integrator_describe(const ca_integrator_type *type, const ca_integrator_input *input, char *text,
                             size_t size);

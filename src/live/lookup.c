@@ -80,7 +80,7 @@ static bool wait_for_answer(lookup *l, double end)
 {
     const struct timespec until = {.tv_sec = (time_t)end, .tv_nsec = (long)(1e9 * (end - (double)(time_t)end))};
     pthread_mutex_lock(&l->lock);
-    while (!l->is_done && pthread_cond_timedwait(&l->done, &l->lock, &until) != ETIMEDOUT) {
+    while (!l->is_done && pthread_cond_timedwait(&l->done, &l->lock, &until) == 0) {
     }
     const bool answered = l->is_done;
     l->is_left = true;

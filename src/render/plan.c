@@ -150,13 +150,19 @@ bool ca_render_is_set(const ca_scene *scene, const char *integrator, const char 
     return ca_render_overrides_mention(integrator, parameter);
 }
 
-bool ca_render_plan_is_set(const ca_render_plan *plan, const char *parameter)
+bool ca_render_plan_is_asked(const ca_render_plan *plan, const char *parameter)
 {
     own_setting own[OWN_SETTINGS];
     list_own_settings(plan->settings, own);
     for (int i = 0; i < OWN_SETTINGS; i++)
         if (own[i].given && strcmp(own[i].name, parameter) == 0) return true;
-    return ca_render_is_set(plan->scene, plan->settings->integrator, parameter);
+    return ca_render_overrides_mention(plan->settings->integrator, parameter);
+}
+
+bool ca_render_plan_is_set(const ca_render_plan *plan, const char *parameter)
+{
+    return ca_render_plan_is_asked(plan, parameter) ||
+           ca_render_is_set(plan->scene, plan->settings->integrator, parameter);
 }
 
 /* settings->integrator is "name" or "name:parameter=value,...". */

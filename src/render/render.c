@@ -6,6 +6,7 @@
 #include "base/stop.h"
 #include "film/confidence.h"
 #include "film/interval_layers.h"
+#include "image/layers.h"
 #include "render/aov_layers.h"
 #include "render/auto_file.h"
 #include "render/auto_method.h"
@@ -141,16 +142,21 @@ static ca_status agree_on_integrator(const ca_render_plan *plan, ca_error *error
     return ca_part_settings_agree(plan->settings->ranks, text, error);
 }
 
-/* What camera rays meet, of whatever image there is. Who does not wait for that gets the image without. */
-static ca_status add_layers(const ca_render_plan *plan, ca_image_layers *image, ca_status status,
+/* What camera rays meet, of whatever image there is. Who does not wait for that gets the image without; who wants
+ * none any more, none. */
+static ca_status add_layers(const ca_render_plan *plan, ca_image_layers **image, ca_status status,
                             ca_render_statistics *statistics, ca_error *error)
 {
+    ca_error reason;
     statistics->lacks_layers = false;
-    if (!image) return status;
-    const ca_status added =
-        ca_aov_layers_add(plan, statistics->samples_per_pixel, image, status == CA_OK ? error : NULL);
+    if (!*image) return status;
+    const ca_status added = ca_aov_layers_add(plan, statistics->samples_per_pixel, *image, &reason);
     statistics->lacks_layers = added != CA_OK;
-    return status != CA_OK || added == CA_ERROR_INTERRUPTED ? status : added;
+    if (added != CA_ERROR_INTERRUPTED) return ca_fail_also(error, status, added, &reason);
+    if (!ca_stop_asked(plan->settings->discard)) return status;
+    ca_layers_destroy(*image);
+    *image = NULL;
+    return ca_stop_check(plan->settings->discard, error);
 }
 
 ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
@@ -165,7 +171,7 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     if (status == CA_OK) status = agree_on_integrator(plan, error);
     if (status == CA_OK) status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
-    status = add_layers(plan, *image, status, statistics, error);
+    status = add_layers(plan, image, status, statistics, error);
     ca_reserve_release(plan->reserve);
     ca_free(plan->asked);
     plan->reserve = NULL;

@@ -112,7 +112,9 @@ ca_status ca_render_plan_fits(ca_render_plan *plan, uint32_t light_paths, bool *
 
 /* Is a parameter set by the scene, or in the settings' text "name:a=1,b=2"? */
 bool ca_render_is_set(const ca_scene *scene, const char *integrator, const char *parameter);
-/* By these or by a setting of its own? */
+/* By that text or by a setting of its own? */
+bool ca_render_plan_is_asked(const ca_render_plan *plan, const char *parameter);
+/* By any of the three? */
 bool ca_render_plan_is_set(const ca_render_plan *plan, const char *parameter);
 
 /* The parameters behind an integrator's name, "a=1,b=2" of "name:a=1,b=2"; NULL where there are none. */

@@ -11,6 +11,8 @@
 #include "render/replicates.h"
 #include "report/technique_page.h"
 
+#include <unistd.h>
+
 /* ---- Statistics and image -------------------------------------------------------------------------------------- */
 
 static void fill_statistics(const ca_pass_render *r, ca_render_statistics *statistics)
@@ -74,6 +76,7 @@ static ca_status write_strategies(const ca_pass_render *r, const ca_technique_im
     const char *folder = r->plan->settings->strategies_directory;
     ca_error reason;
     const ca_status images = ca_technique_images_write(strategies, r->passes, folder, error);
+    if (images == CA_ERROR_MEMORY || access(folder, F_OK) != 0) return images; /* pictures or folder are missing */
     return ca_fail_also(error, images, ca_technique_page_write(strategies, r->passes, folder, &reason), &reason);
 }
 
