@@ -132,7 +132,8 @@ ca_status ca_aov_layers_add(const ca_render_plan *plan, double samples, ca_image
     const double rays = samples < CA_AOV_SAMPLES ? ceil(samples) : CA_AOV_SAMPLES;
     const size_t channels_before = image->channel_count;
     const ca_render_settings *settings = plan->settings;
-    const ca_parallel parallel = {.workers = plan->threads, .stop = settings->stop ? settings->stop : settings->discard};
+    const int *stop = settings->stop ? settings->stop : settings->discard;
+    const ca_parallel parallel = {.workers = plan->threads, .stop = stop};
     aov_job job = {.plan = plan, .samples = rays > 1.0 ? (uint32_t)rays : 1, .image = image};
     ca_status status = add_channels(&job, error);
     if (status == CA_OK)

@@ -625,11 +625,12 @@ static ca_status check_asked(const ca_render_plan *asked, const ca_render_plan *
     for (const ca_parameter_spec *spec = asked->type->parameters; spec->name; spec++) {
         char made[64], wanted[64];
         const double value = ca_integrator_value(asked->type, &asked->input, spec->name, 0.0);
+        const double own = ca_integrator_value(plan->type, &plan->input, spec->name, 0.0);
         const bool is_set = ca_render_plan_is_asked(asked, spec->name);
         if (!is_set || may_differ(spec, value, has_numbers) || !ca_integrator_has_parameter(plan->type, spec->name))
             continue;
         ca_parameter_describe(spec, value, wanted, sizeof wanted);
-        ca_parameter_describe(spec, ca_integrator_value(plan->type, &plan->input, spec->name, 0.0), made, sizeof made);
+        ca_parameter_describe(spec, own, made, sizeof made);
         if (strcmp(made, wanted) != 0)
             return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                            "%.300s: its method has %s=%s, and %s is asked for: with a file of rays nothing of the "
