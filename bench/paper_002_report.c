@@ -83,7 +83,8 @@ double report_interval(const scene_run *run, int which)
 double report_widest_interval(const scene_run *run)
 {
     double widest = 0.0;
-    for (int which = run->first_precise; which < ESTIMATORS; which++) widest = fmax(widest, report_interval(run, which));
+    for (int which = run->first_precise; which < ESTIMATORS; which++)
+        widest = fmax(widest, report_interval(run, which));
     return widest;
 }
 

@@ -477,7 +477,7 @@ typedef struct ca_noise_summary {
  * Their weights depend on the numbers of paths, so that predictions for others are of the weights measured with, but
  * for those of ca_noise_measure_for. `image` (may be NULL) is that of ca_render with the layers Noise.* of
  * docs/images.md; `statistics` may be NULL. On failure `noise` and `image` are NULL, unless two iterations had been
- * made before one failed for lack of memory (but for that of the pairs) or threads: they are the caller's then, and of
+ * made before one failed for lack of threads or of memory (but for that of the pairs): they are the caller's then, of
  * what there is. */
 CA_API ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,
                                   ca_noise **noise, ca_image_layers **image, ca_render_statistics *statistics,
