@@ -319,6 +319,11 @@ static void test_inputs_of_commands_are_kept(void **state)
                  "echo '{}' > a.json && ln ref.exr hard.exr && mkdir out && cp ref.exr out/index.html");
     assert_refused(state, "$P merge p0.part p1.part -o ./p0.part",
                    "--output would overwrite ./p0.part, which is to be merged (as p0.part)");
+    assert_shell(state, 0,
+                 "$P render ball.xml --passes 0:2 -o q0.part && $P render ball.xml --passes 2:4 -o q1.part && "
+                 "ln q1.part hard.part");
+    assert_refused(state, "$P merge q0.part q1.part -o hard.part",
+                   "--output would overwrite hard.part, which is to be merged (as q1.part)");
     assert_refused(state, "$P merge p0.part -o a.exr --stats p0.part",
                    "--stats would overwrite p0.part, which is to be");
     assert_refused(state, "$P render ball.xml -i bdpm --rays ref.exr -o ref.exr",
