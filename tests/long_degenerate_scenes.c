@@ -1,12 +1,13 @@
 /* Degenerate scenes, each rendered by every integrator (8 x 8 pixels, two samples): shapes without area, of all sizes
- * and one in the other, smooth and rough to the limit, lights of no and of enormous power, cameras within surfaces.
+ * and one in the other, smooth and rough to the limit, meshes of slivers, instances, textures that
+ * repeat without end or never, lights of no and of enormous power, cameras within surfaces.
  * Each is refused in words, of which those of reading begin with the file's name, or rendered, in time. Every value
  * of every layer is finite (but for bounds of intervals, and variances of enormous light), and not below 0 where it
  * is light, a variance or a number of something; no sample is dropped. Each integrator renders more than nine in ten.
  *
  * Scene i depends on i alone: CA_DEGENERATE_FIRST is the first, CA_DEGENERATE the number of those that are not
  * refused when they are read (2000). */
-#define _POSIX_C_SOURCE 200809L
+#define _DEFAULT_SOURCE /* mkstemps */
 #include "base/clock.h"
 #include "base/status.h"
 #include "caustica.h"
@@ -60,6 +61,31 @@ static void put(writer *w, const char *format, ...)
     assert_true(w->used < TEXT_SIZE);
 }
 
+/* ---- The mesh -------------------------------------------------------------------------------------------------- */
+
+static char mesh_path[] = "/tmp/caustica-degenerate-XXXXXX.ply";
+
+/* Triangles that are points, lines, slivers and twice there, one of usual shape, and coordinates that jump. */
+static int write_mesh(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "ply\nformat ascii 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\n"
+        "property float u\nproperty float v\nelement face 6\nproperty list uchar int vertex_indices\nend_header\n"
+        "-1 -1 0 0 0\n1 -1 0 1 0\n1 1 0 1 1\n1 1 0 1e9 -1e9\n0 1e-20 0 0.5 0.5\n-1 1 1e-7 0 1\n0 0 0 0.5 0.5\n"
+        "3 0 1 2\n3 0 1 2\n3 0 2 5\n3 2 3 3\n3 0 6 2\n3 1 4 6\n";
+    const int descriptor = mkstemps(mesh_path, (int)strlen(".ply"));
+    assert_true(descriptor >= 0);
+    assert_int_equal(write(descriptor, text, strlen(text)), (ssize_t)strlen(text));
+    return close(descriptor);
+}
+
+static int remove_mesh(void **state)
+{
+    (void)state;
+    return unlink(mesh_path);
+}
+
 /* ---- Parts of a scene ------------------------------------------------------------------------------------------ */
 
 static void put_map(writer *w)
@@ -107,18 +133,52 @@ static void put_radiance(writer *w, const char *name)
     put(w, "<rgb name='%s' value='%s'/>", name, ONE_OF(w, powers));
 }
 
-static void put_shape(writer *w)
+/* May it be a lamp? */
+static void put_shape(writer *w, bool may_emit)
 {
     static const char *const kinds[] = {"sphere", "rectangle", "cube", "disk", "cylinder"};
     put(w, "<shape type='%s'>", ONE_OF(w, kinds));
     put_map(w);
     put_bsdf(w);
-    if (below(w, 4) == 0) {
+    if (may_emit && below(w, 4) == 0) {
         put(w, "<emitter type='area'>");
         put_radiance(w, "radiance");
         put(w, "</emitter>");
     }
     put(w, "</shape>");
+}
+
+static void put_instances(writer *w)
+{
+    put(w, "<shape type='shapegroup' id='group'>");
+    for (size_t shapes = 1 + below(w, 2); shapes > 0; shapes--) put_shape(w, false);
+    put(w, "</shape>");
+    for (size_t instances = 1 + below(w, 3); instances > 0; instances--) {
+        put(w, "<shape type='instance'><ref id='group'/>");
+        put_map(w);
+        put(w, "</shape>");
+    }
+}
+
+/* A texture as colour or as height of bumps, of a shape or of the mesh. */
+static void put_textured(writer *w)
+{
+    static const char *const kinds[] = {"sphere", "rectangle", "disk", "cylinder"};
+    if (below(w, 2))
+        put(w, "<shape type='ply'><string name='filename' value='%s'/>", mesh_path);
+    else
+        put(w, "<shape type='%s'>", ONE_OF(w, kinds));
+    put_map(w);
+    const bool bumps = below(w, 3) == 0;
+    if (bumps)
+        put(w, "<bsdf type='bumpmap'><float name='scale' value='%s'/><texture type='checkerboard'>",
+            ONE_OF(w, numbers));
+    else
+        put(w, "<bsdf type='diffuse'><texture name='reflectance' type='checkerboard'>");
+    put(w, "<rgb name='color0' value='%s'/><transform name='to_uv'><scale x='%s' y='%s'/></transform></texture>",
+        ONE_OF(w, fractions), ONE_OF(w, numbers), ONE_OF(w, numbers));
+    if (bumps) put_bsdf(w);
+    put(w, "</bsdf></shape>");
 }
 
 static void put_light(writer *w)
@@ -168,8 +228,10 @@ static void write_scene(writer *w, long number)
     w->used = 0;
     put(w, "<scene version='3.0.0'>");
     put_camera(w);
-    for (size_t shapes = 1 + below(w, 4); shapes > 0; shapes--) put_shape(w);
+    for (size_t shapes = 1 + below(w, 4); shapes > 0; shapes--) put_shape(w, true);
     for (size_t lights = below(w, 3); lights > 0; lights--) put_light(w);
+    if (below(w, 3) == 0) put_instances(w);
+    if (below(w, 3) == 0) put_textured(w);
     put(w, "</scene>");
 }
 
@@ -287,5 +349,5 @@ static void degenerate_scenes_are_harmless(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(degenerate_scenes_are_harmless)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, write_mesh, remove_mesh);
 }
