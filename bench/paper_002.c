@@ -7,9 +7,8 @@
  *
  * All estimators get the same random numbers, batch by batch: they trace the same paths and differ in their weights.
  * A scene is rendered until the intervals are as narrow as they should be or its share of the time is used up;
- * --minutes: of all scenes together. --full: after that, estimators whose intervals are still wider go on alone, with
- * random numbers of their own, until they are not, or have eight times the iterations of all. In the end times are
- * measured; --times: nothing else.
+ * --minutes: of all scenes together. --full: after that, estimators whose intervals are still wider go on alone until
+ * they are not, or have eight times the iterations of all. In the end times are measured; --times: nothing else.
  * The report is Markdown; exit status 1 when something that the comparison should show is not so. */
 #include "paper_002.h"
 #include "base/clock.h"
@@ -172,7 +171,7 @@ static void render_batch(const ca_scene *scene, scene_run *run, int which, uint3
                          bool together)
 {
     static const char *const names[3] = {"R", "G", "B"};
-    const uint64_t seed = BATCH_SEED + batch + (uint64_t)BATCHES * run->passes;
+    const uint64_t seed = BATCH_SEED + batch + (uint64_t)BATCHES * run->runs[which].passes;
     ca_image_layers *image;
     (void)render(scene, run, which, iterations, seed, &image);
     const float *channels[3];
@@ -257,8 +256,10 @@ static void render_pass(const ca_scene *scene, scene_run *run, uint32_t iteratio
         for (int which = 0; which < ESTIMATORS; which++)
             render_batch(scene, run, which, batch, iterations / BATCHES, true);
     run->iterations += iterations;
-    run->passes++;
-    for (int which = 0; which < ESTIMATORS; which++) run->runs[which].samples.iterations += iterations / BATCHES;
+    for (int which = 0; which < ESTIMATORS; which++) {
+        run->runs[which].samples.iterations += iterations / BATCHES;
+        run->runs[which].passes++;
+    }
 }
 
 /* A quarter more iterations of one estimator, alone. */
@@ -268,7 +269,7 @@ static void render_more(const ca_scene *scene, scene_run *run, int which)
     const uint32_t iterations = b->iterations / 4 + 2;
     for (uint32_t batch = 0; batch < BATCHES; batch++) render_batch(scene, run, which, batch, iterations, false);
     b->iterations += iterations;
-    run->passes++;
+    run->runs[which].passes++;
 }
 
 static void create_scene(const ca_scene *scene, scene_run *run)

@@ -47,6 +47,7 @@ enum { TIME_ROUNDS = 5 };
 typedef struct estimator_run {
     char integrator[96];
     batches samples;
+    uint32_t passes; /* so far; its next one has the random numbers that other estimators' pass of that number has */
     double *deviation;                                    /* [pixel], owned */
     bool *counts;                                         /* [pixel], owned */
     double sharpness;                                     /* find_consistent_pixels */
@@ -62,7 +63,6 @@ typedef struct scene_run {
     char path[1024]; /* of the scene file; empty: not to be found */
     uint32_t width, height;
     uint32_t iterations; /* so far, of all estimators; some have gone on alone (runs[].samples.iterations) */
-    uint32_t passes;     /* so far, of all or of one */
     estimator_run runs[ESTIMATORS];
     float *fifty[3]; /* owned, R G B of 50 iterations of bdpt, vcm, ovcm, [channel][pixel]; NULL: not made */
     float *picture; /* owned, mean R G B over the merging estimators, [channel][pixel] */
