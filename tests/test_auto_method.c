@@ -191,14 +191,15 @@ static void test_file_of_chosen_rays(void **state)
     assert_true(descriptor >= 0);
     close(descriptor);
     ca_scene *scene = scene_from_text(
-        "<scene version='3.0.0'><integrator type='auto'><float name='alpha' value='0.3'/></integrator>"
-        FROM_ABOVE("8") FLOOR LAMP "</scene>");
-    ca_render_settings settings = auto_settings("auto", 40);
+        "<scene version='3.0.0'><integrator type='auto'><float name='alpha' value='0.3'/>"
+        "<integer name='max_depth' value='4'/></integrator>" FROM_ABOVE("8") FLOOR LAMP "</scene>");
+    ca_render_settings settings = auto_settings("auto:max_depth=5", 40);
     settings.rays = "auto";
     settings.light_paths = 200;
     save_picture(scene, &settings, path);
+    settings.integrator = NULL;
     settings.rays = path;
-    assert_true(render_auto(scene, &settings).reason[0] != '\0');
+    assert_non_null(strstr(render_auto(scene, &settings).method, "max_depth=5"));
     unlink(path);
     ca_scene_release(scene);
 }
