@@ -5,8 +5,8 @@
 #   scripts/paper-figures.sh NUMBER BUILD_FOLDER [the program's options: --full, --minutes N; --quick, --only ...]
 #
 # It takes less than two hours on two quiet processors: each section stops at its precision or at its share of the
-# time. --full: at its precision, however long that takes; --minutes: another time for all. With --quick, --only,
-# --times or --iterations it only prints, and leaves the document alone.
+# time. --full: at its precision, or as near as each program says; --minutes: another time for all. With --quick,
+# --only, --times or --iterations it only prints, and leaves the document alone.
 set -eu
 paper=$1
 build=$(cd "$2" && pwd)

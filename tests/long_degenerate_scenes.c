@@ -1,9 +1,9 @@
 /* Degenerate scenes, each rendered by every integrator (8 x 8 pixels, two samples): shapes without area, of all sizes
- * and one in the other, smooth and rough to the limit, meshes of slivers, instances, textures that
- * repeat without end or never, lights of no and of enormous power, cameras within surfaces.
- * Each is refused in words, of which those of reading begin with the file's name, or rendered, in time. Every value
- * of every layer is finite (but for bounds of intervals, and variances of enormous light), and not below 0 where it
- * is light, a variance or a number of something; no sample is dropped. Each integrator renders more than nine in ten.
+ * and one in the other, smooth and rough to the limit, meshes of slivers, instances, textures that repeat without end
+ * or never, lights of no and of enormous power, cameras within surfaces. Each is refused in words, of which those of
+ * reading begin with the file's name, or rendered, in time. Every value of every layer is finite (but for bounds of
+ * intervals, and variances of enormous light), and not below 0 where it is light, a variance or a number of
+ * something; no sample is dropped. Each integrator renders more than nine in ten.
  *
  * Scene i depends on i alone: CA_DEGENERATE_FIRST is the first, CA_DEGENERATE the number of those that are not
  * refused when they are read (2000). */

@@ -108,11 +108,28 @@ static void test_default(void **state)
     ca_scene_release(scene);
 }
 
-static void save_picture(const ca_scene *scene, const ca_render_settings *settings, const char *path)
+/* Of the picture whose method is used again, for all tests. */
+static char picture_path[] = "/tmp/caustica-auto-XXXXXX.exr";
+
+static int make_path(void **state)
+{
+    (void)state;
+    const int descriptor = mkstemps(picture_path, (int)strlen(".exr"));
+    return descriptor >= 0 ? close(descriptor) : -1;
+}
+
+static int remove_path(void **state)
+{
+    (void)state;
+    (void)unlink(picture_path); /* a test may have done so */
+    return 0;
+}
+
+static void save_picture(const ca_scene *scene, const ca_render_settings *settings)
 {
     ca_error error;
     ca_image_layers *image = render_scene(scene, settings);
-    if (ca_image_save(image, path, 0.0f, &error) != CA_OK) fail_msg("%s", error.message);
+    if (ca_image_save(image, picture_path, 0.0f, &error) != CA_OK) fail_msg("%s", error.message);
     ca_image_release(image);
 }
 
@@ -120,16 +137,12 @@ static void save_picture(const ca_scene *scene, const ca_render_settings *settin
 static void test_choice_of_a_file(void **state)
 {
     (void)state;
-    char path[] = "/tmp/caustica-auto-XXXXXX.exr";
-    const int descriptor = mkstemps(path, (int)strlen(".exr"));
-    assert_true(descriptor >= 0);
-    close(descriptor);
     ca_scene *scene = wall_scene();
     const ca_render_settings made = auto_settings("vcm:light_paths=99,radius=0.25,max_depth=5,camera_paths=2", 4);
     const uint64_t hash = rendered_hash(scene, &made);
-    save_picture(scene, &made, path);
+    save_picture(scene, &made);
     ca_render_settings settings = auto_settings("auto", 4);
-    settings.rays = path;
+    settings.rays = picture_path;
     const auto_render r = render_auto(scene, &settings);
     assert_true(r.hash == hash && r.statistics.method.seconds == 0.0);
     assert_non_null(strstr(r.reason, "auto: vcm, as /tmp/caustica-auto-"));
@@ -137,10 +150,10 @@ static void test_choice_of_a_file(void **state)
     ca_image_layers *image;
     ca_error error;
     const ca_render_settings blocks = auto_settings("qmcppm", 1);
-    save_picture(scene, &blocks, path); /* of another kind than `auto` chooses from */
+    save_picture(scene, &blocks); /* of another kind than `auto` chooses from */
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_FORMAT);
     assert_non_null(strstr(error.message, "does not say which method"));
-    unlink(path);
+    unlink(picture_path);
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_FILE);
     ca_scene_release(scene);
 }
@@ -149,35 +162,30 @@ static void test_choice_of_a_file(void **state)
 static void test_contradicted_file(void **state)
 {
     (void)state;
-    char path[] = "/tmp/caustica-auto-XXXXXX.exr";
-    const int descriptor = mkstemps(path, (int)strlen(".exr"));
-    assert_true(descriptor >= 0);
-    close(descriptor);
     ca_scene *scene = wall_scene();
     const ca_render_settings made = auto_settings("path:max_depth=5", 2);
     const uint64_t hash = rendered_hash(scene, &made);
-    save_picture(scene, &made, path);
+    save_picture(scene, &made);
     ca_render_settings settings = auto_settings("auto:max_depth=5,light_paths=7", 2);
-    settings.rays = path;
+    settings.rays = picture_path;
     settings.radius = 0.5;
     assert_true(render_auto(scene, &settings).hash == hash);
     ca_image_layers *image;
     ca_error error;
     settings = auto_settings("auto", 2);
-    settings.rays = path;
+    settings.rays = picture_path;
     settings.has_max_depth = true;
     settings.max_depth = 4;
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, ".exr: its method has max_depth=5, and 4 is asked for"));
     settings = auto_settings("auto:hide_emitters=true", 2);
-    settings.rays = path;
+    settings.rays = picture_path;
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "its method has hide_emitters=false, and true is asked for"));
     settings = auto_settings("auto:heuristic=balance", 2); /* that of path is another one by default */
-    settings.rays = path;
+    settings.rays = picture_path;
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "its method has heuristic=power, and balance is asked for"));
-    unlink(path);
     ca_scene_release(scene);
 }
 
@@ -186,21 +194,16 @@ static void test_contradicted_file(void **state)
 static void test_file_of_chosen_rays(void **state)
 {
     (void)state;
-    char path[] = "/tmp/caustica-auto-XXXXXX.exr";
-    const int descriptor = mkstemps(path, (int)strlen(".exr"));
-    assert_true(descriptor >= 0);
-    close(descriptor);
     ca_scene *scene = scene_from_text(
         "<scene version='3.0.0'><integrator type='auto'><float name='alpha' value='0.3'/>"
         "<integer name='max_depth' value='4'/></integrator>" FROM_ABOVE("8") FLOOR LAMP "</scene>");
     ca_render_settings settings = auto_settings("auto:max_depth=5", 40);
     settings.rays = "auto";
     settings.light_paths = 200;
-    save_picture(scene, &settings, path);
+    save_picture(scene, &settings);
     settings.integrator = NULL;
-    settings.rays = path;
+    settings.rays = picture_path;
     assert_non_null(strstr(render_auto(scene, &settings).method, "max_depth=5"));
-    unlink(path);
     ca_scene_release(scene);
 }
 
@@ -208,23 +211,20 @@ static void test_file_of_chosen_rays(void **state)
 static void test_strategies_of_a_file(void **state)
 {
     (void)state;
-    char path[] = "/tmp/caustica-auto-XXXXXX.exr", folder[] = "/tmp/caustica-auto-XXXXXX";
-    const int descriptor = mkstemps(path, (int)strlen(".exr"));
-    assert_true(descriptor >= 0 && mkdtemp(folder));
-    close(descriptor);
+    char folder[] = "/tmp/caustica-auto-XXXXXX";
+    assert_non_null(mkdtemp(folder));
     ca_scene *scene = scene_from_text(
         "<scene version='3.0.0'><integrator type='auto'><integer name='max_depth' value='5'/></integrator>"
         FROM_ABOVE("8") FLOOR LAMP "</scene>");
     const ca_render_settings made = auto_settings("path:max_depth=-1", 1);
-    save_picture(scene, &made, path);
+    save_picture(scene, &made);
     ca_render_settings settings = auto_settings(NULL, 1); /* the scene's, whose paths are short */
-    settings.rays = path;
+    settings.rays = picture_path;
     settings.strategies_directory = folder;
     ca_image_layers *image;
     ca_error error;
     assert_int_equal(ca_render(scene, &settings, &image, NULL, &error), CA_ERROR_ARGUMENT);
     assert_non_null(strstr(error.message, "need a max_depth of at most"));
-    unlink(path);
     rmdir(folder);
     ca_scene_release(scene);
 }
@@ -296,24 +296,19 @@ static bool listen(const ca_render_progress *progress, void *user)
 static void test_warnings_of_a_file(void **state)
 {
     (void)state;
-    char path[] = "/tmp/caustica-auto-XXXXXX.exr";
-    const int descriptor = mkstemps(path, (int)strlen(".exr"));
-    assert_true(descriptor >= 0);
-    close(descriptor);
     ca_scene *scene = water_scene();
     ca_render_settings made = auto_settings("path:max_depth=6", 2);
     made.has_seed = true;
     made.seed = 5;
-    save_picture(scene, &made, path);
+    save_picture(scene, &made);
     listener heard = {.end_at = UINT32_MAX};
     ca_render_settings settings = auto_settings("auto", 2);
-    settings.rays = path;
+    settings.rays = picture_path;
     settings.progress = listen;
     settings.progress_user = &heard;
     const auto_render r = render_auto(scene, &settings);
     assert_non_null(strstr(heard.warning, "\"path\" will find none or too little of about 100 % of the light"));
     assert_non_null(strstr(r.reason, ".exr says (--seed 5 makes its picture again)"));
-    unlink(path);
     ca_scene_release(scene);
 }
 
@@ -421,5 +416,5 @@ int main(void)
         cmocka_unit_test(test_unsupported_methods),
         cmocka_unit_test(test_check),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_path, remove_path);
 }

@@ -178,7 +178,6 @@ static ca_status write_kinds(const ca_technique_images *images, uint32_t index, 
 {
     const technique_pixel *pixels = images->pictures[index];
     ca_status status = CA_OK;
-    ca_error reason;
     if (!pixels) return CA_OK;
     for (uint32_t kind = 0; kind < KIND_COUNT; kind++) {
         char name[CA_TECHNIQUE_FILE_SIZE], path[4096];
@@ -186,8 +185,9 @@ static ca_status write_kinds(const ca_technique_images *images, uint32_t index, 
         const int length = snprintf(path, sizeof path, "%s/%s", directory, name);
         if (length < 0 || (size_t)length >= sizeof path)
             return ca_fail(error, CA_ERROR_FILE, NULL, "%.200s...: the folder's name is too long", directory);
-        const ca_status written = write_picture(images, pixels, (picture_kind)kind, passes, path, &reason);
-        if (status == CA_OK) status = ca_fail_also(error, status, written, &reason);
+        const ca_status written =
+            write_picture(images, pixels, (picture_kind)kind, passes, path, status == CA_OK ? error : NULL);
+        if (status == CA_OK) status = written;
     }
     return status;
 }
@@ -200,9 +200,8 @@ ca_status ca_technique_images_write(const ca_technique_images *images, uint32_t 
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot make the folder: %s", directory, strerror(errno));
     ca_status status = CA_OK;
     for (uint32_t i = 0; i < PICTURES; i++) {
-        ca_error reason;
-        const ca_status written = write_kinds(images, i, passes, directory, &reason);
-        if (status == CA_OK) status = ca_fail_also(error, status, written, &reason);
+        const ca_status written = write_kinds(images, i, passes, directory, status == CA_OK ? error : NULL);
+        if (status == CA_OK) status = written;
     }
     return status;
 }

@@ -199,19 +199,12 @@ static ca_status plan_objective(ca_render_plan *plan, ca_error *error)
     return ca_ray_objective_find(wanted, &plan->objective, error);
 }
 
-/* Do the words behind the integrator's name, "bdpm:a=1,b=2", set a parameter? */
-static bool is_asked(const ca_render_plan *plan, const char *parameter)
-{
-    return ca_render_overrides_mention(plan->settings->integrator, parameter);
-}
-
 /* The law that numbers are chosen by is one of independent paths and, as iterations are to be alike, of one
  * radius. */
 static ca_status plan_auto(ca_render_plan *plan, ca_error *error)
 {
     const ca_render_settings *settings = plan->settings;
-    const bool asked = settings->has_alpha || is_asked(plan, "alpha");
-    if (asked && ca_integrator_value(plan->type, &plan->input, "alpha", 0.0) > 0.0)
+    if (ca_render_plan_is_asked(plan, "alpha") && ca_integrator_value(plan->type, &plan->input, "alpha", 0.0) > 0.0)
         return ca_fail(
             error, CA_ERROR_ARGUMENT, NULL,
             "numbers of rays are chosen for iterations that are alike: with rays \"auto\" the radius cannot shrink, "
@@ -281,8 +274,7 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     CA_TRY(check_strategies_rays(plan, error));
     if (plan->rays == CA_RAYS_AUTO) return plan_auto(plan, error);
     if (plan->rays == CA_RAYS_OF_RECORD) return plan_record(plan, error);
-    if (settings->light_paths > 0 || settings->camera_paths > 0 || is_asked(plan, "light_paths") ||
-        is_asked(plan, "camera_paths"))
+    if (ca_render_plan_is_asked(plan, "light_paths") || ca_render_plan_is_asked(plan, "camera_paths"))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "light paths and camera paths are those of the file of rays: they cannot be set as well");
     return CA_OK;
