@@ -9,11 +9,11 @@
 #   Bug: what is wrong now, in a sentence.
 #   Killed-by: test_X [CASE]
 #
-# A mutant is killed when test_X fails, which is stopped at the first of its cases that does. With CASE, the name of
-# one of them, only that one is run: for programs in which others take long. These have failed: a mutant that applies
-# no longer (lines of context must be the same, they may have moved), one that does not compile, one that its test
-# passes. Of the last kind all fast tests are run, until one fails, and it is named. A test that fails by the time
-# limit has killed, and is marked. All that is named must pass before anything is changed.
+# A mutant is killed when test_X, a program or a script, fails, which is stopped at the first of its cases that does.
+# With CASE, the name of one of a program, only that one is run: for programs in which others take long. These have
+# failed: a mutant that applies no longer (lines of context must be the same, they may have moved), one that does not
+# compile, one that its test passes. Of the last kind all fast tests are run, until one fails, and it is named. A test
+# that fails by the time limit has killed, and is marked. All that is named must pass before anything is changed.
 #
 # Prints a line for each mutant as it ends, how long it all took, those that failed, and last of all exactly
 # "N killed, N failed". Exit status 1 when any failed or none was found.
@@ -37,6 +37,16 @@ export CCACHE_DIR=$work/ccache CCACHE_BASEDIR=$slot CCACHE_NOHASHDIR=1
 
 header() { sed -n "s/^$1: *//p;/^--- /q" "$2"; } # header FIELD PATCH
 named_test() { header Killed-by "$1" | awk '{ print $1 ($2 ? " " $2 : ""); exit }'; } # "test_X" or "test_X CASE"
+
+is_script() { [ -f "$project/tests/$1.sh" ]; }
+
+# What is built for a test: itself, or the program that a script starts.
+targets_of() { # targets_of TEST...
+    local test
+    for test; do
+        if is_script "$test"; then echo caustica; else echo "$test"; fi
+    done
+}
 
 # ---- one copy of the sources: each of these runs within the slot that xargs gives it ------------------------------
 
@@ -116,7 +126,7 @@ search_killer() {
 # Sets `verdict`, which begins with "killed" or "FAILED".
 try_mutant() {
     verdict="FAILED: does not compile ($log)"
-    compile "$log" "${named%% *}" || return
+    compile "$log" "$(targets_of "${named%% *}")" || return
     # shellcheck disable=SC2086 # a test and perhaps its case
     run_test $named
     case $outcome in
@@ -163,8 +173,9 @@ names=$(cd "$project/tests/mutants" && printf '%s\n' *.patch | grep -E "${patter
     { echo "no mutant of tests/mutants/ has such a name" >&2; exit 1; }
 for name in $names; do
     patch=$project/tests/mutants/$name
-    [ -n "$(header Bug "$patch")" ] && [ -f "$project/tests/$(named_test "$patch" | cut -d ' ' -f 1).c" ] && continue
-    echo "$patch: the lines \"Bug: ...\" and \"Killed-by: test_X [CASE]\" must come first, with a tests/test_X.c" >&2
+    test=$(named_test "$patch" | cut -d ' ' -f 1)
+    [ -n "$(header Bug "$patch")" ] && { [ -f "$project/tests/$test.c" ] || is_script "$test"; } && continue
+    echo "$patch: \"Bug: ...\" and \"Killed-by: test_X [CASE]\" must come first, with a tests/test_X.c or .sh" >&2
     exit 1
 done
 named=$(for name in $names; do named_test "$project/tests/mutants/$name"; done | LC_ALL=C sort -u)
@@ -178,7 +189,7 @@ rm -f "$work"/results/* "$work"/logs/*
 # One copy after the other: the first one's objects are there for the next.
 for ((i = 0; i < jobs; i++)); do
     # shellcheck disable=SC2086 # one word per program is meant
-    CA_MUTANT_SLOT=$i "$project/scripts/run-mutants.sh" --prepare $programs || exit 1
+    CA_MUTANT_SLOT=$i "$project/scripts/run-mutants.sh" --prepare $(targets_of $programs) || exit 1
 done
 printf '%s\n' "$named" | in_slots --unmutated || exit 1
 echo "$(printf '%s\n' "$programs" | wc -l) test programs pass before anything is changed"

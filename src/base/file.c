@@ -34,17 +34,40 @@ static ca_status read_pieces(FILE *stream, const char *path, size_t size, ca_byt
     return ferror(stream) ? fail_errno(error, path, "cannot read") : CA_OK;
 }
 
-static ca_status read_stream(FILE *stream, const char *path, const char *what, size_t limit, ca_bytes *bytes,
-                             ca_error *error)
+static ca_status ask_size(FILE *stream, const char *path, struct stat *info, ca_error *error)
+{
+    if (fstat(fileno(stream), info) != 0) return fail_errno(error, path, "cannot read");
+    if (S_ISREG(info->st_mode) && info->st_size >= 0) return CA_OK;
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not a regular file", path);
+}
+
+static ca_status open_regular(const char *path, const char *what, FILE **stream, struct stat *info, ca_error *error)
+{
+    /* Without O_NONBLOCK, opening a pipe would wait for its writer before the kind of file can be asked. */
+    const int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
+    *stream = descriptor < 0 ? NULL : fdopen(descriptor, "rb");
+    if (!*stream) {
+        const int reason = errno;
+        if (descriptor >= 0) close(descriptor);
+        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot open this %s: %s", path, what, strerror(reason));
+    }
+    const ca_status status = ask_size(*stream, path, info, error);
+    if (status == CA_OK) return CA_OK;
+    fclose(*stream);
+    *stream = NULL;
+    return status;
+}
+
+ca_status ca_file_open(const char *path, const char *what, FILE **stream, uint64_t *size, ca_error *error)
 {
     struct stat info;
-    if (fstat(fileno(stream), &info) != 0) return fail_errno(error, path, "cannot read");
-    if (!S_ISREG(info.st_mode)) return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not a regular file", path);
-    if (info.st_size < 0 || (uint64_t)info.st_size > limit)
-        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: a %s of %lld bytes is over the limit of %zu", path, what,
-                       (long long)info.st_size, limit);
-    const size_t size = (size_t)info.st_size;
-    ca_memory_budget_read(ca_hash_add(ca_hash_add(CA_HASH_START, info.st_dev), info.st_ino), size);
+    CA_TRY(open_regular(path, what, stream, &info, error));
+    *size = (uint64_t)info.st_size;
+    return CA_OK;
+}
+
+static ca_status read_stream(FILE *stream, const char *path, size_t size, ca_bytes *bytes, ca_error *error)
+{
     bytes->data = ca_alloc(size + 1, 1);
     if (!bytes->data) return ca_fail_memory(error, path);
     const ca_status status = read_pieces(stream, path, size, bytes, error);
@@ -57,17 +80,20 @@ static ca_status read_stream(FILE *stream, const char *path, const char *what, s
 
 ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error)
 {
+    struct stat info;
+    FILE *stream;
     *bytes = (ca_bytes){0};
     ca_loading_file(path);
-    /* Without O_NONBLOCK, opening a pipe would wait for its writer before the kind of file can be asked. */
-    const int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
-    FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, "rb");
-    if (!stream) {
-        const int reason = errno;
-        if (descriptor >= 0) close(descriptor);
-        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot open this %s: %s", path, what, strerror(reason));
+    CA_TRY(open_regular(path, what, &stream, &info, error));
+    ca_status status = CA_OK;
+    if ((uint64_t)info.st_size > limit) {
+        status = ca_fail(error, CA_ERROR_FILE, NULL, "%s: a %s of %lld bytes is over the limit of %zu", path, what,
+                         (long long)info.st_size, limit);
+    } else {
+        const uint64_t identity = ca_hash_add(ca_hash_add(CA_HASH_START, info.st_dev), info.st_ino);
+        ca_memory_budget_read(identity, (size_t)info.st_size);
+        status = read_stream(stream, path, (size_t)info.st_size, bytes, error);
     }
-    const ca_status status = read_stream(stream, path, what, limit, bytes, error);
     fclose(stream);
     return status;
 }

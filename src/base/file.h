@@ -18,7 +18,11 @@ typedef struct ca_bytes {
     size_t size;
 } ca_bytes;
 
-/* Reads a whole regular file of at most `limit` bytes. `what` names the kind of file in errors ("mesh"). */
+/* Opens a regular file for reading and tells its size; the caller closes it. `what` names the kind of file in errors
+ * ("mesh"). A pipe is refused, without waiting for its writer. */
+ca_status ca_file_open(const char *path, const char *what, FILE **stream, uint64_t *size, ca_error *error);
+
+/* Reads a whole regular file of at most `limit` bytes. */
 ca_status ca_file_read(const char *path, const char *what, size_t limit, ca_bytes *bytes, ca_error *error);
 void ca_bytes_destroy(ca_bytes *bytes);
 

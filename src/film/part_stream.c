@@ -1,14 +1,12 @@
 #define _POSIX_C_SOURCE 200809L
 #include "film/part_stream.h"
 
+#include "base/file.h"
 #include "base/hash.h"
 #include "base/memory.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 const unsigned char ca_part_magic[CA_PART_MAGIC_BYTES] = {0x89, 'C', 'A', 'P', '\r', '\n', 0x1a, '\n'};
 
@@ -94,13 +92,9 @@ char *ca_part_get_text(FILE *stream, uint64_t size)
     return NULL;
 }
 
-static ca_status read_start(const char *path, FILE *stream, uint64_t *size, uint64_t *format, ca_error *error)
+static ca_status read_start(const char *path, FILE *stream, uint64_t size, uint64_t *format, ca_error *error)
 {
-    struct stat info;
     unsigned char magic[CA_PART_MAGIC_BYTES];
-    if (fstat(fileno(stream), &info) != 0 || !S_ISREG(info.st_mode))
-        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: not a regular file", path);
-    *size = (uint64_t)info.st_size;
     const size_t have = fread(magic, 1, sizeof magic, stream);
     const bool numbered = have == sizeof magic && ca_part_get_u64(stream, format);
     if (ferror(stream)) return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot read: %s", path, strerror(errno));
@@ -108,20 +102,13 @@ static ca_status read_start(const char *path, FILE *stream, uint64_t *size, uint
         return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: not a part file", path);
     if (numbered) return CA_OK;
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is cut off after %llu bytes", path,
-                   (unsigned long long)*size);
+                   (unsigned long long)size);
 }
 
 ca_status ca_part_open(const char *path, FILE **stream, uint64_t *size, uint64_t *format, ca_error *error)
 {
-    /* As ca_file_read: opening a pipe must not wait for its writer. */
-    const int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY);
-    *stream = descriptor < 0 ? NULL : fdopen(descriptor, "rb");
-    if (!*stream) {
-        const int reason = errno;
-        if (descriptor >= 0) close(descriptor);
-        return ca_fail(error, CA_ERROR_FILE, NULL, "%s: cannot open this part file: %s", path, strerror(reason));
-    }
-    const ca_status status = read_start(path, *stream, size, format, error);
+    CA_TRY(ca_file_open(path, "part file", stream, size, error));
+    const ca_status status = read_start(path, *stream, *size, format, error);
     if (status == CA_OK) return CA_OK;
     fclose(*stream);
     *stream = NULL;

@@ -1,9 +1,10 @@
 /* A library to preload (LD_PRELOAD): the n-th call that can fail does fail, once or from then on.
  *
  * CA_FAULT_KIND: "own" (memory that the program's own code asks for, for itself or for a library that was given its
- * functions), "foreign" (memory that libraries ask for by themselves), "file" (open, read, write, lseek, fsync,
- * close, rename, mkdir, mkstemp), "thread" (threads of the program's own), "foreign-thread" (of its libraries),
- * "monitor" (Embree asks the program's memory monitor, which says no).
+ * functions), "foreign" (memory that libraries ask for by themselves), "file" (open, openat, opendir, access, stat,
+ * fstat, fchmod, readlink, flock, read, write, lseek, fsync, close, rename, mkdir, mkstemp), "thread" (threads of the
+ * program's own), "foreign-thread" (of its libraries), "monitor" (Embree asks the program's memory monitor, which
+ * says no).
  * CA_FAULT_AT: n, counted from 1; 0: none fails. CA_FAULT_STAYS=1: all after it fail, too.
  * CA_FAULT_REPORT: a file for what happened. Without a fault, a line for each call: a hash of its call stack; the
  * number of the line is the call's. With one, the line "failed CALL" for each of the first calls that fail, then a
@@ -12,6 +13,7 @@
  * Counting begins when this library is loaded. The C library's streams read and write inside of it, where nothing can
  * be put between: streams that are made with fdopen and fopen are replaced by streams whose functions are here. */
 #define _GNU_SOURCE
+#include <dirent.h>
 #include <dlfcn.h>
 #include <errno.h>
 #include <execinfo.h>
@@ -26,6 +28,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -59,14 +63,23 @@ extern void *__libc_calloc(size_t, size_t);
 extern void *__libc_realloc(void *, size_t);
 extern void *__libc_memalign(size_t, size_t);
 
+static void *(*real_mmap)(void *, size_t, int, int, int, off_t);
 static int (*real_open)(const char *, int, ...);
+static int (*real_openat)(int, const char *, int, ...);
+static DIR *(*real_opendir)(const char *);
+static int (*real_stat)(const char *, struct stat *);
+static int (*real_fstat)(int, struct stat *);
+static int (*real_fchmod)(int, mode_t);
+static int (*real_access)(const char *, int);
+static ssize_t (*real_readlink)(const char *, char *, size_t);
+static int (*real_flock)(int, int);
 static int (*real_close)(int);
 static int (*real_fsync)(int);
 static int (*real_rename)(const char *, const char *);
 static int (*real_mkdir)(const char *, mode_t);
 static int (*real_mkstemp)(char *);
 static int (*real_fileno)(FILE *);
-static int (*real_thread)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
+static int (*real_pthread_create)(pthread_t *, const pthread_attr_t *, void *(*)(void *), void *);
 static FILE *(*real_fopen)(const char *, const char *);
 static FILE *(*real_fdopen)(int, const char *);
 
@@ -76,19 +89,8 @@ static void find(const char *name, void *function)
     memcpy(function, &found, sizeof found);
 }
 
-static void find_all(void)
-{
-    find("open", &real_open);
-    find("close", &real_close);
-    find("fsync", &real_fsync);
-    find("rename", &real_rename);
-    find("mkdir", &real_mkdir);
-    find("mkstemp", &real_mkstemp);
-    find("fileno", &real_fileno);
-    find("pthread_create", &real_thread);
-    find("fopen", &real_fopen);
-    find("fdopen", &real_fdopen);
-}
+/* Libraries call some of them before this one is initialised. */
+#define REAL(name) (*(real_##name ? real_##name : (find(#name, &real_##name), real_##name)))
 
 /* ---- Start ----------------------------------------------------------------------------------------------------- */
 
@@ -111,7 +113,6 @@ __attribute__((constructor)) static void start(void)
     const char *kind = getenv("CA_FAULT_KIND"), *at = getenv("CA_FAULT_AT"), *stays = getenv("CA_FAULT_STAYS");
     const char *report = getenv("CA_FAULT_REPORT");
     void *frames[MOST_FRAMES];
-    find_all();
     for (int i = OWN; kind && i <= FOREIGN_THREAD; i++)
         if (strcmp(kind, kind_names[i]) == 0) faults.kind = (fault_kind)i;
     if (faults.kind == KIND_NONE) return;
@@ -119,7 +120,7 @@ __attribute__((constructor)) static void start(void)
     (void)backtrace(frames, MOST_FRAMES); /* the first one loads a library */
     faults.at = at ? atol(at) : 0;
     faults.stays = stays && stays[0] == '1';
-    if (report) faults.report = real_open(report, O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
+    if (report) faults.report = REAL(open)(report, O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666);
     atomic_store(&faults.counts, true);
 }
 
@@ -215,12 +216,18 @@ int posix_memalign(void **memory, size_t alignment, size_t size)
     return *memory ? 0 : ENOMEM;
 }
 
+void *mmap(void *address, size_t size, int access, int flags, int descriptor, off_t offset)
+{
+    if (memory_fails("mmap", CALLER)) return MAP_FAILED;
+    return REAL(mmap)(address, size, access, flags, descriptor, offset);
+}
+
 /* ---- Threads --------------------------------------------------------------------------------------------------- */
 
 int pthread_create(pthread_t *thread, const pthread_attr_t *attributes, void *(*function)(void *), void *user)
 {
     if (fails(is_program(CALLER) ? THREAD : FOREIGN_THREAD, "pthread_create")) return EAGAIN;
-    return real_thread(thread, attributes, function, user);
+    return REAL(pthread_create)(thread, attributes, function, user);
 }
 
 /* ---- Embree's memory monitor ----------------------------------------------------------------------------------- */
@@ -248,7 +255,7 @@ void rtcSetDeviceMemoryMonitorFunction(void *device, monitor_function function, 
 
 static int open_file(const char *path, int flags, mode_t mode)
 {
-    return file_fails("open") ? -1 : real_open(path, flags, mode);
+    return file_fails("open") ? -1 : REAL(open)(path, flags, mode);
 }
 
 #define MODE_OF(flags, mode)                                                                                         \
@@ -272,19 +279,38 @@ int open64(const char *path, int flags, ...)
     return open_file(path, flags, mode);
 }
 
+int openat(int folder, const char *path, int flags, ...)
+{
+    MODE_OF(flags, mode)
+    return file_fails("openat") ? -1 : REAL(openat)(folder, path, flags, mode);
+}
+
+DIR *opendir(const char *path) { return file_fails("opendir") ? NULL : REAL(opendir)(path); }
+int stat(const char *path, struct stat *info) { return file_fails("stat") ? -1 : REAL(stat)(path, info); }
+int fstat(int descriptor, struct stat *info) { return file_fails("fstat") ? -1 : REAL(fstat)(descriptor, info); }
+int fchmod(int descriptor, mode_t mode) { return file_fails("fchmod") ? -1 : REAL(fchmod)(descriptor, mode); }
+int access(const char *path, int mode) { return file_fails("access") ? -1 : REAL(access)(path, mode); }
+
+ssize_t readlink(const char *path, char *target, size_t size)
+{
+    return file_fails("readlink") ? -1 : REAL(readlink)(path, target, size);
+}
+
+int flock(int descriptor, int operation) { return file_fails("flock") ? -1 : REAL(flock)(descriptor, operation); }
+
 /* One that fails has closed it, as on Linux. */
 int close(int descriptor)
 {
     const bool failed = file_fails("close");
-    const int result = real_close(descriptor);
+    const int result = REAL(close)(descriptor);
     if (failed) errno = EIO;
     return failed ? -1 : result;
 }
 
-int fsync(int descriptor) { return file_fails("fsync") ? -1 : real_fsync(descriptor); }
-int rename(const char *from, const char *to) { return file_fails("rename") ? -1 : real_rename(from, to); }
-int mkdir(const char *path, mode_t mode) { return file_fails("mkdir") ? -1 : real_mkdir(path, mode); }
-int mkstemp(char *name) { return file_fails("mkstemp") ? -1 : real_mkstemp(name); }
+int fsync(int descriptor) { return file_fails("fsync") ? -1 : REAL(fsync)(descriptor); }
+int rename(const char *from, const char *to) { return file_fails("rename") ? -1 : REAL(rename)(from, to); }
+int mkdir(const char *path, mode_t mode) { return file_fails("mkdir") ? -1 : REAL(mkdir)(path, mode); }
+int mkstemp(char *name) { return file_fails("mkstemp") ? -1 : REAL(mkstemp)(name); }
 
 /* ---- Streams --------------------------------------------------------------------------------------------------- */
 
@@ -345,12 +371,12 @@ static FILE *stream_on(int descriptor, const char *mode)
 
 FILE *fdopen(int descriptor, const char *mode)
 {
-    return faults.kind == FILES ? stream_on(descriptor, mode) : real_fdopen(descriptor, mode);
+    return faults.kind == FILES ? stream_on(descriptor, mode) : REAL(fdopen)(descriptor, mode);
 }
 
 FILE *fopen(const char *path, const char *mode)
 {
-    if (faults.kind != FILES || mode[0] != 'r') return real_fopen(path, mode);
+    if (faults.kind != FILES || mode[0] != 'r') return REAL(fopen)(path, mode);
     const int descriptor = open_file(path, O_RDONLY | O_CLOEXEC, 0);
     return descriptor < 0 ? NULL : stream_on(descriptor, mode);
 }
@@ -359,5 +385,5 @@ int fileno(FILE *stream)
 {
     for (int i = 0; i < MOST_STREAMS; i++)
         if (streams[i].stream == stream) return streams[i].descriptor;
-    return real_fileno(stream);
+    return REAL(fileno)(stream);
 }
