@@ -300,8 +300,10 @@ typedef struct ca_render_settings {
     const int *stop;
     /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
      * ca_render; it is rank 0 that reports, writes and has the image (the others get none). The image is the same,
-     * to the bit. A pass or block is then finished, whatever `stop` says. Refused with numbers of rays that are
-     * chosen, and with strategies_directory. */
+     * to the bit. A pass or block is then finished, whatever `stop` says. With rays "auto" rank 0 chooses the
+     * numbers once, by a twentieth of what each rank renders, two minutes at most, before the first pass: the image
+     * is the one that its own file makes as `rays`, with alpha 0. Refused with a record of rays, and with
+     * strategies_directory. */
     const struct ca_ranks *ranks;
     /* As `stop`, and mostly the same number: once it is set, nothing of what was made is wanted. The image is not
      * made then, nor are a part file and pictures of techniques, and the call ends within half a second whatever the

@@ -4,6 +4,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include "film/pass_part.h"
 #include "integrator/integrator.h"
+#include "support/rank_job.h"
 #include "support/scene_text.h"
 #include "support/small_render.h"
 #include "support/thread_ranks.h"
@@ -18,60 +19,6 @@
 
 #include <cmocka.h>
 
-/* ---- A render by ranks ----------------------------------------------------------------------------------------- */
-
-typedef struct job {
-    ca_render_settings settings; /* of rank 0; the others have no files and no callback */
-    const ca_scene *last_scene;  /* of the last rank; NULL: the same; likewise: */
-    const char *last_integrator;
-    const int *last_stop;        /* likewise */
-    bool many_threads;           /* the ranks have one, two and three */
-    ca_status status, others;
-    ca_image_layers *image;
-    ca_render_statistics statistics;
-    ca_error error;
-} job;
-
-static void render_as(void *user, const ca_ranks *ranks)
-{
-    job *j = user;
-    ca_render_settings s = j->settings;
-    ca_image_layers *none = NULL;
-    const bool is_last = ranks->rank + 1 == ranks->count;
-    s.ranks = ranks;
-    if (j->many_threads) s.threads = 1 + ranks->rank % 3;
-    if (ranks->rank == 0) {
-        j->status = ca_render(scene, &s, &j->image, &j->statistics, &j->error);
-        return;
-    }
-    s.progress = NULL;
-    s.checkpoint_path = s.part_path = NULL;
-    s.resume = false;
-    if (is_last && j->last_stop) s.stop = j->last_stop;
-    if (is_last && j->last_integrator) s.integrator = j->last_integrator;
-    const ca_status status = ca_render(is_last && j->last_scene ? j->last_scene : scene, &s, &none, NULL, NULL);
-    assert_null(none);
-    if (is_last) j->others = status;
-}
-
-static void run(job *j, uint32_t ranks, uint32_t lateness)
-{
-    j->image = NULL;
-    ca_render_statistics_init(&j->statistics);
-    j->error.message[0] = '\0';
-    ca_run_ranks(ranks, lateness, render_as, j);
-}
-
-static uint64_t hash_by(job *j, uint32_t ranks, uint32_t lateness)
-{
-    run(j, ranks, lateness);
-    if (j->status != CA_OK) fail_msg("%s", j->error.message);
-    assert_int_equal(j->others, CA_OK);
-    const uint64_t hash = image_hash(j->image);
-    ca_image_release(j->image);
-    return hash;
-}
-
 /* ---- The bits -------------------------------------------------------------------------------------------------- */
 
 static void test_every_integrator(void **state)
@@ -80,10 +27,10 @@ static void test_every_integrator(void **state)
     for (size_t i = 0; integrator_at(i); i++) {
         if (chooses(i)) continue;
         ca_render_statistics one = {.size = sizeof one};
-        job j = {.settings = settings_of(integrator_at(i), 9, 1), .many_threads = true};
+        rank_job j = {.settings = settings_of(integrator_at(i), 9, 1), .many_threads = true};
         const uint64_t hash = render(&j.settings, &one);
         for (uint32_t ranks = 2; ranks <= 4; ranks++) {
-            if (hash_by(&j, ranks, i % 2 ? 3 : 0) != hash)
+            if (rank_job_hash(&j, ranks, i % 2 ? 3 : 0) != hash)
                 fail_msg("%s, %u ranks: another image", integrator_at(i), ranks);
             const ca_render_statistics *s = &j.statistics;
             assert_true(s->iterations == one.iterations && s->samples_per_pixel == one.samples_per_pixel);
@@ -111,13 +58,13 @@ static void test_replicates(void **state)
     static const char *const samplers[] = {"independent", "sobol"};
     for (int i = 0; i < 2; i++) {
         uint32_t own = 0;
-        job j = {.settings = settings_of("vcm", 24, 1)};
+        rank_job j = {.settings = settings_of("vcm", 24, 1)};
         j.settings.sampler = samplers[i];
         j.settings.replicates = 8;
         const uint64_t hash = render(&j.settings, NULL);
         j.settings.progress = wait_for_others;
         j.settings.progress_user = &own;
-        assert_true(hash_by(&j, 3, 0) == hash && own < 8);
+        assert_true(rank_job_hash(&j, 3, 0) == hash && own < 8);
     }
 }
 
@@ -126,8 +73,8 @@ static void test_auto(void **state)
 {
     (void)state;
     char method[1024];
-    job j = {.settings = settings_of("auto", 6, 1)};
-    run(&j, 3, 0);
+    rank_job j = {.settings = settings_of("auto", 6, 1)};
+    rank_job_run(&j, 3, 0);
     assert_int_equal(j.status, CA_OK);
     assert_true(j.statistics.method.reason[0]);
     snprintf(method, sizeof method, "%s", attribute_text(j.image, "caustica.integrator"));
@@ -146,11 +93,11 @@ static void test_noise(void **state)
     static const double targets[] = {30.0, 12.0, 9.0};
     for (int i = 0; i < 3; i++) {
         ca_render_statistics one = {.size = sizeof one};
-        job j = {.settings = settings_of("path", 0, 1), .many_threads = true};
+        rank_job j = {.settings = settings_of("path", 0, 1), .many_threads = true};
         j.settings.noise_percent = targets[i];
         const uint64_t hash = render(&j.settings, &one);
         for (uint32_t ranks = 2; ranks <= 4; ranks += 2) {
-            const uint64_t by_ranks = hash_by(&j, ranks, i == 1 ? 4 : 0);
+            const uint64_t by_ranks = rank_job_hash(&j, ranks, i == 1 ? 4 : 0);
             assert_int_equal(j.statistics.iterations, one.iterations);
             assert_true(by_ranks == hash && j.statistics.noise_percent == one.noise_percent);
             assert_int_equal(j.statistics.passes[1], one.passes[1]); /* those beyond were not made */
@@ -168,9 +115,9 @@ static void test_time(void **state)
     (void)state;
     static const char *const integrators[] = {"ovcm", "qmcppm"};
     for (int i = 0; i < 2; i++) {
-        job j = {.settings = settings_of(integrators[i], 0, 1)};
+        rank_job j = {.settings = settings_of(integrators[i], 0, 1)};
         j.settings.seconds = 0.05;
-        const uint64_t hash = hash_by(&j, 3, 0);
+        const uint64_t hash = rank_job_hash(&j, 3, 0);
         const ca_render_statistics *s = &j.statistics;
         ca_render_settings same = settings_of(integrators[i], 0, 1);
         assert_true(s->iterations > 0 && s->seconds >= 0.05);
@@ -217,10 +164,10 @@ static void test_picture_on_the_way(void **state)
     static const char *const integrators[] = {"vavcm", "qmcppm"};
     for (int i = 0; i < 2; i++) {
         watcher w = {.gather_at = 2};
-        job j = {.settings = settings_of(integrators[i], 16, 1)};
+        rank_job j = {.settings = settings_of(integrators[i], 16, 1)};
         j.settings.progress = watch;
         j.settings.progress_user = &w;
-        const uint64_t hash = hash_by(&j, 3, 0);
+        const uint64_t hash = rank_job_hash(&j, 3, 0);
         ca_render_settings s = settings_of(integrators[i], 16, 1);
         assert_true(render(&s, NULL) == hash && w.passes > 0);
         s.samples_per_pixel = 0;
@@ -238,10 +185,10 @@ static void test_early_end(void **state)
     const int stop = 1;
     for (int i = 0; i < 2; i++) {
         watcher w = {.stop_after = i == 0 ? 5 : 0};
-        job j = {.settings = settings_of("path", 100000, 1), .last_stop = i == 1 ? &stop : NULL};
+        rank_job j = {.settings = settings_of("path", 100000, 1), .last_stop = i == 1 ? &stop : NULL};
         j.settings.progress = watch;
         j.settings.progress_user = &w;
-        const uint64_t hash = hash_by(&j, 4, 0);
+        const uint64_t hash = rank_job_hash(&j, 4, 0);
         assert_true(j.statistics.interrupted && j.statistics.iterations < 100000);
         ca_render_settings s = settings_of("path", (uint32_t)j.statistics.iterations, 1);
         assert_true(render(&s, NULL) == hash);
@@ -256,16 +203,16 @@ static void test_checkpoints(void **state)
     (void)state;
     static const char *const integrators[] = {"cavcm", "qmcppm"};
     for (int i = 0; i < 2; i++) {
-        job j = {.settings = settings_of(integrators[i], 9, 1)};
+        rank_job j = {.settings = settings_of(integrators[i], 9, 1)};
         ca_render_settings all = settings_of(integrators[i], 25, 1);
         const uint64_t hash = render(&all, NULL);
         j.settings.checkpoint_path = file("c.part");
         j.settings.checkpoint_seconds = 1e-9;
         j.settings.resume = true;
-        hash_by(&j, 3, 0);
+        rank_job_hash(&j, 3, 0);
         const uint64_t first = j.statistics.iterations;
         j.settings.samples_per_pixel = 16;
-        hash_by(&j, 2, 3);
+        rank_job_hash(&j, 2, 3);
         assert_true(j.statistics.passes_resumed == first && j.statistics.iterations > first);
         all.checkpoint_path = j.settings.checkpoint_path;
         all.resume = true;
@@ -288,12 +235,12 @@ static void test_open_replicate(void **state)
     first.progress = watch;
     first.progress_user = &w;
     render(&first, NULL);
-    job j = {.settings = all};
+    rank_job j = {.settings = all};
     j.settings.checkpoint_path = first.checkpoint_path;
     j.settings.resume = true;
     j.settings.progress = wait_for_others;
     j.settings.progress_user = &own;
-    assert_true(hash_by(&j, 3, 0) == hash && j.statistics.passes_resumed == 4);
+    assert_true(rank_job_hash(&j, 3, 0) == hash && j.statistics.passes_resumed == 4);
     assert_true(own < 7); /* the rest of one replicate and six more */
 }
 
@@ -302,18 +249,18 @@ static void test_open_replicate(void **state)
 static void test_filled_blocks(void **state)
 {
     (void)state;
-    job j = {.settings = settings_of("qmcppm:blocks=filled,radius=0.1", 400, 1)};
+    rank_job j = {.settings = settings_of("qmcppm:blocks=filled,radius=0.1", 400, 1)};
     j.settings.memory_mib = 1.0;
     ca_render_statistics one = {.size = sizeof one};
     const uint64_t hash = render(&j.settings, &one);
-    assert_true(one.blocks[1] > 4 && hash_by(&j, 3, 0) == hash && j.statistics.blocks[1] == one.blocks[1]);
+    assert_true(one.blocks[1] > 4 && rank_job_hash(&j, 3, 0) == hash && j.statistics.blocks[1] == one.blocks[1]);
 }
 
 /* A part by ranks is one by a process: merged with another part it is the whole. */
 static void test_parts(void **state)
 {
     (void)state;
-    job j = {.settings = settings_of("bdpt", 0, 1)};
+    rank_job j = {.settings = settings_of("bdpt", 0, 1)};
     ca_render_settings all = settings_of("bdpt", 12, 1);
     const char *paths[2] = {file("a.part"), file("b.part")};
     ca_image_layers *image = NULL;
@@ -324,7 +271,7 @@ static void test_parts(void **state)
         j.settings.passes[0] = i == 0 ? 0 : 7;
         j.settings.passes[1] = i == 0 ? 7 : 12;
         j.settings.part_path = paths[i];
-        run(&j, 3, 0);
+        rank_job_run(&j, 3, 0);
         assert_int_equal(j.status, CA_OK);
         ca_image_release(j.image);
     }
@@ -336,14 +283,14 @@ static void test_parts(void **state)
 /* A part of the passes [begin, end) with the numbers of rays of r.exr, by ranks or alone. */
 static void make_ray_part(const char *integrator, uint64_t begin, uint64_t end, uint32_t ranks, const char *path)
 {
-    job j = {.settings = settings_of(integrator, 0, 2)};
+    rank_job j = {.settings = settings_of(integrator, 0, 2)};
     j.settings.rays = file("r.exr");
     j.settings.has_passes = true;
     j.settings.passes[0] = begin;
     j.settings.passes[1] = end;
     j.settings.part_path = path;
     if (ranks > 1) {
-        run(&j, ranks, 0);
+        rank_job_run(&j, ranks, 0);
         assert_int_equal(j.status, CA_OK);
         ca_image_release(j.image);
     } else {
@@ -362,10 +309,10 @@ static void expect_ray_parts(const char *chosen_for, const char *integrator)
     assert_int_equal(ca_render(scene, &chooser, &image, NULL, NULL), CA_OK);
     assert_int_equal(ca_image_save(image, file("r.exr"), 0.0f, NULL), CA_OK);
     ca_image_release(image);
-    job j = {.settings = settings_of(integrator, 200, 1)};
+    rank_job j = {.settings = settings_of(integrator, 200, 1)};
     j.settings.rays = file("r.exr");
     const uint64_t hash = render(&j.settings, &one), n = one.iterations;
-    assert_true(n >= 3 && hash_by(&j, 3, 0) == hash);
+    assert_true(n >= 3 && rank_job_hash(&j, 3, 0) == hash);
     const char *paths[3] = {file("a.part"), file("b.part"), file("c.part")};
     make_ray_part(integrator, 2, n, 3, paths[0]);
     make_ray_part(integrator, 0, 1, 1, paths[1]);
@@ -390,7 +337,7 @@ static void test_parts_with_rays_of_a_file(void **state)
     expect_ray_parts("ovcm", "auto"); /* which method that is tells the file */
     ca_error error = {""};
     const char *paths[2] = {file("a.part"), file("d.part")};
-    job j = {.settings = settings_of("ovcm", 0, 1)};
+    rank_job j = {.settings = settings_of("ovcm", 0, 1)};
     j.settings.has_passes = true;
     j.settings.passes[1] = 2;
     j.settings.part_path = paths[1];
@@ -408,16 +355,16 @@ static void test_auto_as_a_picture(void **state)
     assert_int_equal(ca_render(scene, &path, &image, NULL, NULL), CA_OK);
     assert_int_equal(ca_image_save(image, file("p.exr"), 0.0f, NULL), CA_OK);
     ca_image_release(image);
-    job j = {.settings = settings_of("auto", 6, 1)};
+    rank_job j = {.settings = settings_of("auto", 6, 1)};
     j.settings.rays = file("p.exr");
-    assert_true(hash_by(&j, 3, 0) == render(&path, NULL));
+    assert_true(rank_job_hash(&j, 3, 0) == render(&path, NULL));
 }
 
 /* ---- What does not fit ----------------------------------------------------------------------------------------- */
 
-static void expect_refused(job *j, ca_status status, const char *words)
+static void expect_refused(rank_job *j, ca_status status, const char *words)
 {
-    run(j, 3, 0);
+    rank_job_run(j, 3, 0);
     if (!strstr(j->error.message, words)) fail_msg("\"%s\" is not said in: %s", words, j->error.message);
     assert_true(j->status == status && j->others == status && !j->image);
 }
@@ -431,18 +378,18 @@ static void test_refusals(void **state)
     snprintf(grey, sizeof grey, "%.*svalue='0.6'%s", (int)(place - scene_xml), scene_xml, place + 11);
     ca_scene *other = scene_from_text(grey);
     for (int i = 0; i < 2; i++) {
-        job j = {.settings = settings_of(integrators[i], 2, 1), .last_scene = other};
+        rank_job j = {.settings = settings_of(integrators[i], 2, 1), .last_scene = other};
         expect_refused(&j, CA_ERROR_ARGUMENT, "): this is another scene than that of rank 0");
         assert_true(strncmp(j.error.message, "rank 2 (", 8) == 0);
-        j = (job){.settings = settings_of(integrators[i], 2, 1)};
+        j = (rank_job){.settings = settings_of(integrators[i], 2, 1)};
         j.settings.checkpoint_path = "/nowhere/c.part";
         expect_refused(&j, CA_ERROR_FILE, "/nowhere/c.part");
     }
     ca_scene_release(other);
-    job j = {.settings = settings_of("bdpm", 2, 1)};
-    j.settings.rays = "auto";
+    rank_job j = {.settings = settings_of("bdpm", 0, 1)};
+    j.settings.rays = file("r.part");
     expect_refused(&j, CA_ERROR_ARGUMENT, "one rank makes them");
-    j = (job){.settings = settings_of("bdpt", 2, 1)};
+    j = (rank_job){.settings = settings_of("bdpt", 2, 1)};
     j.settings.strategies_directory = file("s");
     expect_refused(&j, CA_ERROR_ARGUMENT, "images of the strategies are made by one rank");
 }
@@ -456,7 +403,7 @@ static void test_other_integrator(void **state)
         for (int k = 0; k < 3; k++) {
             char words[128];
             if (i == k) continue;
-            job j = {.settings = settings_of(names[i], 2, 1), .last_integrator = names[k]};
+            rank_job j = {.settings = settings_of(names[i], 2, 1), .last_integrator = names[k]};
             j.settings.radius = 0.0; /* which path has not */
             snprintf(words, sizeof words, "this rank has \"integrator %s\", but rank 0 has \"integrator %s\"",
                      names[k], names[i]);

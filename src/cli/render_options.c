@@ -201,7 +201,7 @@ int ca_render_options_help(void)
         "depends on measured times; --rays FILE.exr makes that of a picture again.\n"
         "--rays auto: --light-paths and --camera-paths are those of the pilot, --spp is the mean over pixels. The "
         "law of noise needs independent random numbers and one radius: the scene's sampler and alpha are not used; "
-        "where paths connect, all pixels have as many camera paths. "
+        "where paths connect, all pixels have as many camera paths. Several ranks choose once. "
         "The numbers depend on measured times, those of --rays FILE.exr (an image of --rays auto or of "
         "`caustica noise`) do not; --rays FILE.part makes the image of that checkpoint again.\n"
         "-o FILE.part keeps the sums of the passes (of qmcppm: the blocks); `caustica merge` adds up several of "

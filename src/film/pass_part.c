@@ -300,7 +300,7 @@ static ca_status fail_format(const char *path, uint64_t format, ca_error *error)
     if (format == CA_JOINED_PART_FORMAT)
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
                        "%s: the checkpoint of a render with rays \"auto\", which has no passes that add up: only "
-                       "such a render goes on from it",
+                       "such a render by one process goes on from it",
                        path);
     return ca_part_fail_format(path, format, CA_PASS_PART_FORMAT, error);
 }

@@ -217,7 +217,7 @@ static ca_status add_method(chooser *c, const ca_method *method, ca_error *error
 {
     const uint32_t m = pilot_method(method);
     if (m != WITHOUT_MERGES && c->loses[m]) return CA_OK;
-    if (ca_render_plan_joins(c->plan) && c->plan->camera_paths > 1 &&
+    if (ca_render_plan_chooses_rays(c->plan) && c->plan->camera_paths > 1 &&
         ca_integrator_has(method->type, CA_ABILITY_ONE_CAMERA_PATH))
         return CA_OK;
     const ca_status status = ca_method_trial_create(&c->trials[c->count], c->plan, method, &c->radii,

@@ -54,8 +54,8 @@ static ca_status use_passes(ca_render_plan *plan, const char *path, ca_error *er
     ca_pass_reader reader;
     CA_TRY(ca_pass_reader_open(&reader, path, error));
     const ca_status status = ca_kept_method_use(reader.part.record, reader.part.settings, path, plan, error);
+    plan->rays = reader.part.light_paths > 0 ? CA_RAYS_AUTO_ONCE : CA_RAYS_OF_SETTINGS;
     ca_pass_reader_close(&reader);
-    plan->rays = CA_RAYS_OF_SETTINGS;
     return status == CA_OK ? ca_render_plan_memory(plan, error) : status;
 }
 

@@ -15,7 +15,8 @@ ca_status ca_kept_method_use(const char *lines, const char *settings, const char
                              ca_error *error);
 
 /* Of a render with rays "auto": the same from the checkpoint that it goes on from, of whichever kind; *used: there is
- * one. A checkpoint that has passes is of a method without numbers to choose: plan->rays then says so. */
+ * one. A checkpoint that has passes is of a method without numbers to choose, or has numbers that were chosen once:
+ * plan->rays then says so. */
 ca_status ca_kept_method_recall(ca_render_plan *plan, bool *used, ca_error *error);
 
 #endif

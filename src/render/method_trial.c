@@ -92,7 +92,8 @@ ca_status ca_method_configure(const ca_method *method, const ca_render_plan *pla
     *chosen = plan->input;
     CA_TRY(ca_integrator_configure(method->type, &nothing_set, false, NULL, chosen, error));
     copy_shared(method, plan, chosen);
-    if (ca_render_plan_joins(plan) && ca_integrator_has_parameter(method->type, "alpha")) /* as the render will be */
+    if (ca_render_plan_chooses_rays(plan) &&
+        ca_integrator_has_parameter(method->type, "alpha")) /* as the render will be */
         CA_TRY(ca_integrator_set_number(method->type, "alpha", 0.0, chosen, error));
     if (method->no_splats) CA_TRY(ca_integrator_set(method->type, &no_splats, chosen, error));
     CA_TRY(set_guide(method, plan, chosen, error));

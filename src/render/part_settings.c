@@ -79,7 +79,8 @@ static size_t add_film(char *text, size_t used, const ca_render_plan *plan, uint
     used = add_line(text, used, "filter", ca_filter_name(plan->filter.kind));
     used = add_number(text, used, "passes_per_replicate", ca_replicates_passes(plan));
     snprintf(value, sizeof value, "%016" PRIx64, rays);
-    return add_line(text, used, "rays", rays ? value : ca_render_plan_joins(plan) ? "chosen" : "none");
+    const bool chosen = ca_render_plan_joins(plan) || plan->rays == CA_RAYS_AUTO_ONCE;
+    return add_line(text, used, "rays", rays ? value : chosen ? "chosen" : "none");
 }
 
 ca_status ca_pass_settings_make(const ca_render_plan *plan, uint64_t rays, char **text, ca_error *error)
@@ -146,7 +147,8 @@ ca_status ca_pass_settings_use(const char *text, const char *path, ca_render_pla
            samples > 0.0 && isfinite(samples);
     if (!good) return fail_settings(text, path, "samples_per_pass", error);
     const bool has_rays = !ca_part_settings_find(text, "rays", word, sizeof word) || strcmp(word, "none") != 0;
-    if (plan->rays == CA_RAYS_OF_FILE && !has_rays) plan->rays = CA_RAYS_OF_SETTINGS;
+    const bool may_have_rays = plan->rays == CA_RAYS_OF_FILE || plan->rays == CA_RAYS_AUTO_ONCE;
+    if (may_have_rays && !has_rays) plan->rays = CA_RAYS_OF_SETTINGS;
     plan->type = type;
     return CA_OK;
 }

@@ -251,7 +251,7 @@ ca_status ca_pass_loop_run(ca_pass_render *r, ca_error *error)
     if (r->kept.resumed > 0)
         resume(r);
     else
-        r->start -= r->plan->method.seconds;
+        r->start -= r->plan->method.seconds + r->choice.seconds;
     const ca_status status = r->ranks ? lead_passes(r, error) : make_passes(r, error);
     ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;

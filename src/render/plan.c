@@ -193,7 +193,7 @@ static ca_status plan_integrator(ca_render_plan *plan, ca_error *error)
 static ca_status plan_objective(ca_render_plan *plan, ca_error *error)
 {
     const char *wanted = plan->settings->rays_objective;
-    if (wanted && plan->rays != CA_RAYS_AUTO)
+    if (wanted && !ca_render_plan_chooses_rays(plan))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "an objective is for numbers of rays that are chosen: with rays \"auto\" only");
     return ca_ray_objective_find(wanted, &plan->objective, error);
@@ -240,7 +240,7 @@ static ca_status check_law(const ca_render_plan *plan, ca_error *error)
 static ca_rays_source rays_source(const ca_render_settings *settings)
 {
     if (!settings->rays) return CA_RAYS_OF_SETTINGS;
-    if (strcmp(settings->rays, "auto") == 0) return CA_RAYS_AUTO;
+    if (strcmp(settings->rays, "auto") == 0) return settings->ranks ? CA_RAYS_AUTO_ONCE : CA_RAYS_AUTO;
     return ca_part_is_path(settings->rays) ? CA_RAYS_OF_RECORD : CA_RAYS_OF_FILE;
 }
 
@@ -272,7 +272,7 @@ static ca_status plan_rays(ca_render_plan *plan, ca_error *error)
     if (plan->rays == CA_RAYS_OF_SETTINGS || (chooses && plan->rays == CA_RAYS_OF_FILE)) return CA_OK;
     CA_TRY(check_law(plan, error));
     CA_TRY(check_strategies_rays(plan, error));
-    if (plan->rays == CA_RAYS_AUTO) return plan_auto(plan, error);
+    if (ca_render_plan_chooses_rays(plan)) return plan_auto(plan, error);
     if (plan->rays == CA_RAYS_OF_RECORD) return plan_record(plan, error);
     if (ca_render_plan_is_asked(plan, "light_paths") || ca_render_plan_is_asked(plan, "camera_paths"))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
@@ -331,6 +331,10 @@ static ca_status check_parts(const ca_render_plan *plan, ca_error *error)
     if (plan->rays == CA_RAYS_OF_RECORD && settings->checkpoint_path)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "a render that repeats a record keeps no checkpoint: it begins anew");
+    if (plan->rays == CA_RAYS_AUTO_ONCE && settings->has_passes)
+        return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                       "with rays \"auto\" each part would have numbers of rays of its own: an image of such a "
+                       "render, as file of rays, repeats its choice in all parts");
     if (ca_render_plan_joins(plan) && (settings->has_passes || settings->part_path))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
                        "with rays \"auto\", or their record, passes have other numbers of rays from phase to phase: "
@@ -351,9 +355,8 @@ static ca_status check_ranks(const ca_render_plan *plan, ca_error *error)
     if (!plan->settings->ranks) return CA_OK;
     if (ca_render_plan_joins(plan))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                       "with rays \"auto\", or their record, passes have other numbers of rays from phase to phase: "
-                       "one rank makes them; an image of such a render, as file of rays, repeats its choice on "
-                       "several");
+                       "with a record of rays \"auto\" passes have other numbers of rays from phase to phase: one "
+                       "rank makes them; an image of such a render, as file of rays, repeats its choice on several");
     if (plan->settings->strategies_directory)
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "images of the strategies are made by one rank");
     return CA_OK;

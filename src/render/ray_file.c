@@ -10,7 +10,8 @@
 
 static size_t pixels_of(const ca_render_plan *plan) { return (size_t)ca_render_plan_pixels(plan); }
 
-static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_error *error)
+static ca_status read_map(const ca_render_plan *plan, uint32_t *light_paths, uint32_t **camera_paths,
+                          ca_error *error)
 {
     const char *path = plan->settings->rays;
     const ca_ray_map_place place = {.full_width = plan->camera.width,
@@ -18,7 +19,7 @@ static ca_status read_map(ca_ray_file *file, const ca_render_plan *plan, ca_erro
                                     .crop = {plan->crop[0], plan->crop[1], plan->crop[2], plan->crop[3]}};
     ca_image_layers *image;
     CA_TRY(ca_layers_read(path, &image, error));
-    const ca_status status = ca_ray_map_of(image, path, &place, &file->light_paths, &file->camera_paths, error);
+    const ca_status status = ca_ray_map_of(image, path, &place, light_paths, camera_paths, error);
     ca_layers_destroy(image);
     return status;
 }
@@ -42,12 +43,12 @@ static ca_status fit_plan(const ca_ray_file *file, ca_render_plan *plan, ca_erro
     return ca_render_plan_take_range(plan, error);
 }
 
-ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *error)
+ca_status ca_ray_file_take(ca_ray_file *file, uint32_t light_paths, uint32_t *camera_paths, ca_render_plan *plan,
+                           ca_error *error)
 {
     double sum = 0.0;
     uint32_t most = 1;
-    *file = (ca_ray_file){0};
-    CA_TRY(read_map(file, plan, error));
+    *file = (ca_ray_file){.light_paths = light_paths, .camera_paths = camera_paths};
     file->first = ca_alloc_zeroed(pixels_of(plan), sizeof *file->first);
     if (!file->first) {
         ca_ray_file_destroy(file);
@@ -62,6 +63,14 @@ ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *er
     const ca_status status = fit_plan(file, plan, error);
     if (status != CA_OK) ca_ray_file_destroy(file);
     return status;
+}
+
+ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *error)
+{
+    uint32_t light_paths, *camera_paths;
+    *file = (ca_ray_file){0};
+    CA_TRY(read_map(plan, &light_paths, &camera_paths, error));
+    return ca_ray_file_take(file, light_paths, camera_paths, plan, error);
 }
 
 ca_ray_file ca_ray_file_of(uint32_t light_paths, uint32_t *camera_paths, size_t pixels)

@@ -16,6 +16,10 @@ typedef struct ca_ray_file {
  * pass, number of passes. Errors: those of
  * ca_layers_read and of ca_ray_map_of (noise/ray_map.h); CA_ERROR_ARGUMENT. */
 ca_status ca_ray_file_read(ca_ray_file *file, ca_render_plan *plan, ca_error *error);
+/* Takes numbers that are known, and fits the plan to them; the map is the file's from then on, whatever fails.
+ * Errors: CA_ERROR_ARGUMENT, CA_ERROR_MEMORY. */
+ca_status ca_ray_file_take(ca_ray_file *file, uint32_t light_paths, uint32_t *camera_paths, ca_render_plan *plan,
+                           ca_error *error);
 void ca_ray_file_destroy(ca_ray_file *file);
 
 /* Of numbers that are known, borrowed. */

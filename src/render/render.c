@@ -16,6 +16,7 @@
 #include "render/part_settings.h"
 #include "render/public_structs.h"
 #include "render/ranks.h"
+#include "render/rays_once.h"
 #include "render/record.h"
 #include "render/render_passes.h"
 #include "render/replicates.h"
@@ -75,15 +76,6 @@ ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_st
 
 /* ---- Which kind of render -------------------------------------------------------------------------------------- */
 
-/* Has the render samples enough for a pilot with the method's numbers? */
-static bool has_room_for_pilot(const ca_render_plan *plan)
-{
-    const uint32_t given = plan->settings->samples_per_pixel;
-    const uint32_t camera_paths = plan->camera_paths > 1 ? plan->camera_paths : CA_PILOT_LEAST_CAMERA_PATHS;
-    const double samples = given ? given : plan->scene->desc.samples_per_pixel;
-    return plan->open_ended || samples >= 2.0 * ca_pilot_least_samples(camera_paths);
-}
-
 /* A method without such numbers renders as it is; so does one whose choice the caller has ended, and a render that is
  * too short for another pilot. What a checkpoint or a record tells is not decided again. */
 static ca_status choose_for_rays(ca_render_plan *plan, ca_error *error)
@@ -93,7 +85,7 @@ static ca_status choose_for_rays(ca_render_plan *plan, ca_error *error)
     CA_TRY(ca_kept_method_recall(plan, &used, error));
     if (used) return CA_OK;
     CA_TRY(ca_auto_method_choose(plan, error));
-    if (ca_integrator_has(plan->type, CA_RAYS_ABILITIES) && !plan->ended && has_room_for_pilot(plan)) return CA_OK;
+    if (!plan->ended && ca_rays_once_has_room(plan)) return CA_OK;
     plan->rays = CA_RAYS_OF_SETTINGS;
     return ca_render_plan_memory(plan, error);
 }
@@ -107,13 +99,23 @@ static ca_status choose_and_render(ca_render_plan *plan, ca_image_layers **image
     return ca_auto_rays_render(plan, NULL, image, statistics, error);
 }
 
+/* As it was decided, or, of what several ranks have begun, with the numbers that they had chosen. */
+static ca_status render_auto_rays(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
+                                  ca_error *error)
+{
+    if (plan->rays == CA_RAYS_AUTO) CA_TRY(ca_rays_once_recall(plan, error));
+    if (ca_render_plan_joins(plan)) return ca_auto_rays_render(plan, NULL, image, statistics, error);
+    CA_TRY(ca_render_plan_memory(plan, error));
+    return ca_render_passes(plan, image, statistics, error);
+}
+
 static ca_status run_plan(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                           ca_error *error)
 {
     if (ca_render_plan_by_blocks(plan)) return ca_render_blocks(plan, image, statistics, error);
     if (ca_render_plan_joins(plan) && ca_render_plan_chooses(plan))
         return choose_and_render(plan, image, statistics, error);
-    if (ca_render_plan_joins(plan)) return ca_auto_rays_render(plan, NULL, image, statistics, error);
+    if (ca_render_plan_joins(plan)) return render_auto_rays(plan, image, statistics, error);
     return ca_render_passes(plan, image, statistics, error);
 }
 

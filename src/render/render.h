@@ -13,9 +13,16 @@
 #include "noise/ray_numbers.h"
 #include "render/ranks.h"
 
-/* Where the numbers of light paths and camera paths come from; OF_RECORD: a file tells all that was decided in a
- * render with rays "auto" (auto_record.h). */
-typedef enum ca_rays_source { CA_RAYS_OF_SETTINGS, CA_RAYS_AUTO, CA_RAYS_OF_FILE, CA_RAYS_OF_RECORD } ca_rays_source;
+/* Where the numbers of light paths and camera paths come from. AUTO: chosen again and again (auto_rays.h); AUTO_ONCE:
+ * before the first pass (rays_once.h); OF_RECORD: a file tells all that was decided in a render with AUTO
+ * (auto_record.h). */
+typedef enum ca_rays_source {
+    CA_RAYS_OF_SETTINGS,
+    CA_RAYS_AUTO,
+    CA_RAYS_AUTO_ONCE,
+    CA_RAYS_OF_FILE,
+    CA_RAYS_OF_RECORD
+} ca_rays_source;
 
 /* Everything a render needs, resolved from scene and settings. */
 typedef struct ca_render_plan {
@@ -33,7 +40,7 @@ typedef struct ca_render_plan {
     char method_warning[CA_PREFLIGHT_WARNING_SIZE]; /* what is wrong with that; "": nothing is known */
     char *asked;                 /* owned while ca_render_plan_run runs: the settings before that; NULL: not `auto` */
     bool ended; /* the caller has ended the render while that was chosen: one pass is made, and not kept */
-    ca_ray_objective objective; /* of CA_RAYS_AUTO */
+    ca_ray_objective objective; /* of numbers that are chosen */
     uint32_t first_pass; /* > 0: of a part that begins there */
     uint32_t pass_limit; /* the number of the pass to end before */
     bool open_ended; /* ends by time or noise; pass_limit is then the largest number that can be counted */
@@ -58,6 +65,12 @@ ca_status ca_render_plan_make(ca_render_plan *plan, const ca_scene *scene, const
 static inline bool ca_render_plan_joins(const ca_render_plan *plan)
 {
     return plan->rays == CA_RAYS_AUTO || plan->rays == CA_RAYS_OF_RECORD;
+}
+
+/* Are numbers of rays chosen for this render? */
+static inline bool ca_render_plan_chooses_rays(const ca_render_plan *plan)
+{
+    return plan->rays == CA_RAYS_AUTO || plan->rays == CA_RAYS_AUTO_ONCE;
 }
 
 static inline bool ca_render_plan_by_blocks(const ca_render_plan *plan) { return plan->type->begin_block != NULL; }

@@ -11,9 +11,20 @@
 #include "render/replicates.h"
 #include "report/technique_page.h"
 
+#include <string.h>
 #include <unistd.h>
 
 /* ---- Statistics and image -------------------------------------------------------------------------------------- */
+
+static ca_rays_statistics rays_statistics(const ca_pass_render *r)
+{
+    ca_rays_statistics rays = ca_ray_file_statistics(&r->rays);
+    if (r->choice.seconds <= 0.0) return rays; /* given, or chosen before this process */
+    rays = r->choice.told;
+    rays.pilot_seconds = r->choice.seconds;
+    rays.phases = 1;
+    return rays;
+}
 
 static void fill_statistics(const ca_pass_render *r, ca_render_statistics *statistics)
 {
@@ -33,7 +44,7 @@ static void fill_statistics(const ca_pass_render *r, ca_render_statistics *stati
         .passes = {r->plan->first_pass, r->plan->first_pass + passes},
         .passes_resumed = r->kept.resumed,
         .keeps_checkpoint = r->kept.checkpoint.is_kept,
-        .numbers_of_rays = ca_ray_file_statistics(&r->rays),
+        .numbers_of_rays = rays_statistics(r),
     };
     ca_render_summarise(&summary, statistics);
     ca_workers_count(&r->runner.workers, statistics);
@@ -146,7 +157,18 @@ static ca_status create_integrator(ca_pass_render *r, ca_error *error)
     return ca_integrator_create(plan->type, &plan->input, &r->integrator, error);
 }
 
-/* Of the numbers of rays that come from a file. */
+/* Numbers of rays for all passes, from a file or chosen. */
+static ca_status prepare_rays(ca_pass_render *r, ca_error *error)
+{
+    ca_rays_once *choice = &r->choice;
+    if (r->plan->rays == CA_RAYS_OF_FILE) return ca_ray_file_read(&r->rays, r->plan, error);
+    if (choice->light_paths == 0) return CA_OK;
+    uint32_t *camera_paths = choice->camera_paths;
+    choice->camera_paths = NULL;
+    return ca_ray_file_take(&r->rays, choice->light_paths, camera_paths, r->plan, error);
+}
+
+/* Of these numbers. */
 static uint64_t hash_of_rays(const ca_pass_render *r)
 {
     if (r->rays.light_paths == 0) return 0;
@@ -187,7 +209,7 @@ static ca_status prepare(ca_pass_render *r, ca_error *error)
 {
     ca_render_plan *plan = r->plan;
     if (r->ranks) plan->input.stop = &r->work.stop;
-    if (plan->rays == CA_RAYS_OF_FILE) CA_TRY(ca_ray_file_read(&r->rays, plan, error));
+    CA_TRY(prepare_rays(r, error));
     const ca_pass_counts *counts = r->rays.light_paths > 0 ? &r->rays.counts : NULL;
     CA_TRY(ca_kept_check(&r->kept, plan, hash_of_rays(r), error));
     CA_TRY(create_film(r, error));
@@ -225,11 +247,16 @@ static ca_status choose_method(ca_pass_render *r, ca_error *error)
 {
     bool used = false;
     CA_TRY(ca_kept_use_method(&r->kept, r->plan, &used, error));
-    return used ? CA_OK : ca_auto_method_choose(r->plan, error);
+    if (used) return CA_OK;
+    CA_TRY(ca_auto_method_choose(r->plan, error));
+    if (r->plan->rays != CA_RAYS_AUTO_ONCE) return CA_OK;
+    if (!r->plan->ended && ca_rays_once_has_room(r->plan)) return ca_render_plan_keep_radius(r->plan, error);
+    r->plan->rays = CA_RAYS_OF_SETTINGS;
+    return CA_OK;
 }
 
-/* Rank 0 opens what is gone on from, and chooses. */
-static ca_status begin(ca_pass_render *r, ca_error *error)
+/* Rank 0 opens what is gone on from, and chooses the method. */
+static ca_status begin_method(ca_pass_render *r, ca_error *error)
 {
     const bool chooses = ca_render_plan_chooses(r->plan);
     ca_status status = ca_kept_start(&r->kept, r->plan, error);
@@ -237,6 +264,26 @@ static ca_status begin(ca_pass_render *r, ca_error *error)
     status = ca_ranks_agree(r->ranks, status, error);
     if (status != CA_OK || !chooses || !r->ranks) return status;
     return ca_ranks_agree(r->ranks, ca_pass_settings_share(r->ranks, r->plan, error), error);
+}
+
+/* A checkpoint of another film, or of none with numbers, is refused when all settings are compared. */
+static ca_status choose_numbers(ca_pass_render *r, ca_error *error)
+{
+    const ca_pass_reader *reader = &r->kept.reader;
+    if (!r->kept.checkpoint.resumes) return ca_rays_once_make(r->plan, &r->choice, error);
+    if (memcmp(reader->film.crop, r->plan->crop, sizeof r->plan->crop) != 0) return CA_OK;
+    return ca_rays_once_of(&reader->part, (size_t)ca_render_plan_pixels(r->plan), &r->choice, error);
+}
+
+/* And numbers of rays. */
+static ca_status begin(ca_pass_render *r, ca_error *error)
+{
+    CA_TRY(begin_method(r, error));
+    if (r->plan->rays != CA_RAYS_AUTO_ONCE) return CA_OK;
+    ca_status status = ca_ranks_helps(r->ranks) ? CA_OK : choose_numbers(r, error);
+    status = ca_ranks_agree(r->ranks, status, error);
+    if (status != CA_OK || !r->ranks) return status;
+    return ca_rays_once_share(r->ranks, (size_t)ca_render_plan_pixels(r->plan), &r->choice, error);
 }
 
 ca_status ca_render_passes(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
@@ -250,6 +297,7 @@ ca_status ca_render_passes(ca_render_plan *plan, ca_image_layers **image, ca_ren
     ca_film_destroy(&r.film);
     plan->input.camera_paths = NULL;
     ca_ray_file_destroy(&r.rays);
+    ca_rays_once_destroy(&r.choice);
     ca_kept_destroy(&r.kept);
     return status;
 }

@@ -5,13 +5,15 @@
 #include "render/kept_passes.h"
 #include "render/pass.h"
 #include "render/rank_sums.h"
+#include "render/rays_once.h"
 
 typedef struct ca_pass_render {
     ca_render_plan *plan;
     void *integrator;
     ca_film film;
     ca_pass_runner runner;
-    ca_ray_file rays; /* of plans with CA_RAYS_OF_FILE */
+    ca_rays_once choice; /* of plans with CA_RAYS_AUTO_ONCE; its map goes into: */
+    ca_ray_file rays;     /* likewise, and with CA_RAYS_OF_FILE */
     ca_kept_passes kept;
     uint32_t passes; /* done, from plan->first_pass on */
     double start, seconds;
