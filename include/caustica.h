@@ -282,8 +282,8 @@ typedef struct ca_render_settings {
      * the samples, too, and with blocks=filled the memory). Without `resume` the file must not exist. The file is
      * locked against other renders (PATH.lock). One that cannot be written is told by the progress callback; the
      * render goes on, and CA_ERROR_FILE is returned if the last one failed, but of a whole render with
-     * `checkpoint_if_long`. With rays "auto" the file has what was decided, too, and the bits are those of `rays`
-     * with that file. Refused with strategies_directory. */
+     * `checkpoint_if_long`. With rays "auto", without ranks, the file has what was decided, too, and the bits
+     * are those of `rays` with that file. Refused with strategies_directory. */
     const char *checkpoint_path;
     double checkpoint_seconds;
     bool checkpoint_if_long; /* only where the whole render is expected to take more than ten minutes */
@@ -301,8 +301,8 @@ typedef struct ca_render_settings {
     /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
      * ca_render; it is rank 0 that reports, writes and has the image (the others get none). The image is the same,
      * to the bit. A pass or block is then finished, whatever `stop` says. With rays "auto" rank 0 chooses the
-     * numbers once, by a twentieth of what each rank renders, two minutes at most, before the first pass: the image
-     * is the one that its own file makes as `rays`, with alpha 0. Refused with a record of rays, and with
+     * numbers once, by a pilot, before the first pass: such an image is, to the bit, the one that its own file makes
+     * as `rays`, with alpha 0. Refused with a record of rays, and with
      * strategies_directory. */
     const struct ca_ranks *ranks;
     /* As `stop`, and mostly the same number: once it is set, nothing of what was made is wanted. The image is not

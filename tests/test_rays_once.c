@@ -50,10 +50,10 @@ static void test_the_picture_is_that_of_its_file(void **state)
     static const char *const integrators[] = {"ppm", "bdpm", "bdpt", "vavcm", "auto"};
     for (int i = 0; i < 5; i++) {
         ca_render_statistics again = {.size = sizeof again};
-        rank_job j = job_of(integrators[i], 100);
+        rank_job j = job_of(integrators[i], 200);
         const uint64_t hash = choose(&j, 2 + (uint32_t)i % 3);
         const ca_rays_statistics *rays = &j.statistics.numbers_of_rays;
-        if (repeat(integrators[i], 100, &again) != hash) fail_msg("%s: another picture", integrators[i]);
+        if (repeat(integrators[i], 200, &again) != hash) fail_msg("%s: another picture", integrators[i]);
         assert_true(again.iterations == j.statistics.iterations);
         if (strcmp(integrators[i], "auto") == 0 && rays->light_paths == 0)
             continue; /* a method without such numbers */
@@ -70,13 +70,13 @@ static void test_going_on(void **state)
     static const char *const integrators[] = {"bdpm", "auto"};
     for (int i = 0; i < 2; i++) {
         ca_render_statistics s = {.size = sizeof s};
-        rank_job j = job_of(integrators[i], 60);
+        rank_job j = job_of(integrators[i], 100);
         j.settings.checkpoint_path = file("c.part");
         j.settings.checkpoint_seconds = 1e-9;
         j.settings.resume = true;
         (void)choose(&j, 3);
         const uint64_t first = j.statistics.iterations;
-        j.settings.samples_per_pixel = 120;
+        j.settings.samples_per_pixel = 160;
         (void)rank_job_hash(&j, 2, 3);
         assert_true(j.statistics.passes_resumed == first && j.statistics.numbers_of_rays.pilot_seconds == 0.0);
         ca_render_settings one = j.settings;
@@ -88,20 +88,39 @@ static void test_going_on(void **state)
     }
 }
 
-/* A twentieth of what each rank has to do; not less than a pilot takes. */
+/* The pilot of one process: 6 % of the time; two seconds to a noise target, or until that is reached. */
 static void test_how_much_they_are_chosen_by(void **state)
 {
     (void)state;
     rank_job j = job_of("bdpm", 0);
+    const ca_rays_statistics *rays = &j.statistics.numbers_of_rays;
     j.settings.seconds = 1.0;
     (void)choose(&j, 2);
-    const double share = j.statistics.numbers_of_rays.pilot_seconds;
-    assert_true(share >= 0.05 && share < 0.5 && j.statistics.seconds >= 1.0 && j.statistics.seconds < 3.0);
-    j = job_of("bdpm", 0);
-    j.settings.noise_percent = 6.0;
+    assert_true(rays->pilot_seconds >= 0.06 && rays->pilot_seconds < 0.5);
+    assert_true(j.statistics.seconds >= 1.0 && j.statistics.seconds < 3.0);
+    j.settings.seconds = 0.0;
+    j.settings.noise_percent = 12.0;
     (void)choose(&j, 2);
-    assert_true(j.statistics.noise_percent < 6.0 && j.statistics.numbers_of_rays.light_paths > 0);
-    assert_true(j.statistics.numbers_of_rays.pilot_seconds < 0.5 * j.statistics.seconds);
+    assert_true(j.statistics.noise_percent < 12.0 && rays->light_paths > 0 && rays->pilot_seconds < 3.0);
+    assert_true(j.statistics.seconds > rays->pilot_seconds);
+}
+
+/* They are not the numbers that the pilot had, which are far from the best. */
+static void test_they_are_chosen(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *integrator;
+        uint32_t light_paths;
+    } pilots[] = {{"bdpm", 400}, {"vavcm", 16}};
+    for (int i = 0; i < 2; i++) {
+        rank_job j = job_of(pilots[i].integrator, 1000);
+        const ca_rays_statistics *rays = &j.statistics.numbers_of_rays;
+        j.settings.light_paths = pilots[i].light_paths;
+        (void)choose(&j, 2);
+        assert_true(rays->light_paths != pilots[i].light_paths || rays->camera_paths != 2.0);
+        assert_true(rays->predicted_gain > 1.0);
+    }
 }
 
 /* Once; nobody asks again. */
@@ -112,7 +131,7 @@ static bool end_at_first(const ca_render_progress *progress, void *user)
     return ++*calls > 1;
 }
 
-/* One pass is made with what was known then. */
+/* One pass is made, with the numbers of the settings. */
 static void test_ended_while_choosing(void **state)
 {
     (void)state;
@@ -122,6 +141,20 @@ static void test_ended_while_choosing(void **state)
     j.settings.progress_user = &calls;
     (void)choose(&j, 2);
     assert_true(j.statistics.interrupted && j.statistics.iterations == 1);
+    assert_int_equal(j.statistics.numbers_of_rays.light_paths, 0);
+}
+
+/* By a signal: the pilot has no iteration, and the pass is finished. */
+static void test_stopped_while_choosing(void **state)
+{
+    (void)state;
+    const int stop = 1;
+    rank_job j = job_of("bdpm", 2000);
+    j.settings.stop = &stop;
+    j.settings.checkpoint_path = file("stopped.part");
+    (void)choose(&j, 2);
+    assert_true(j.statistics.interrupted && j.statistics.iterations == 1);
+    assert_true(access(j.settings.checkpoint_path, F_OK) != 0);
 }
 
 static void expect_refused(rank_job *j, ca_status status, const char *words)
@@ -134,12 +167,15 @@ static void expect_refused(rank_job *j, ca_status status, const char *words)
 static void test_refusals(void **state)
 {
     (void)state;
-    rank_job j = job_of("bdpm", 10);
-    expect_refused(&j, CA_ERROR_ARGUMENT, "10 samples per pixel are too few for rays \"auto\"");
+    rank_job j = job_of("bdpm", 50);
+    expect_refused(&j, CA_ERROR_ARGUMENT, "50 samples per pixel are too few for rays \"auto\" by 2 ranks");
     j = job_of("bdpm", 0);
     j.settings.has_passes = true;
     j.settings.passes[1] = 10;
     expect_refused(&j, CA_ERROR_ARGUMENT, "each part would have numbers of rays of its own");
+    j = job_of("bdpm", 100);
+    j.last_without_rays = true;
+    expect_refused(&j, CA_ERROR_ARGUMENT, "this rank has \"rays none\", but rank 0 has \"rays chosen\"");
     j = job_of("path", 10);
     expect_refused(&j, CA_ERROR_ARGUMENT, "numbers of rays are chosen by a law of noise");
 }
@@ -178,7 +214,9 @@ int main(void)
         cmocka_unit_test(test_the_picture_is_that_of_its_file),
         cmocka_unit_test(test_going_on),
         cmocka_unit_test(test_how_much_they_are_chosen_by),
+        cmocka_unit_test(test_they_are_chosen),
         cmocka_unit_test(test_ended_while_choosing),
+        cmocka_unit_test(test_stopped_while_choosing),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_other_checkpoints),
     };

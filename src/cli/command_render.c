@@ -43,7 +43,8 @@ static void print_rays(const ca_rays_statistics *rays)
            ca_noun(rays->camera_paths, "camera path", "camera paths"));
     if (rays->pilot_seconds > 0.0) {
         ca_format_seconds(rays->pilot_seconds, time, sizeof time);
-        printf(rays->phases > 0 ? " in the end; pilot %s" : "; ended in its pilot, %s", time);
+        static const char *const formats[] = {"; ended in its pilot, %s", "; pilot %s", " in the end; pilot %s"};
+        printf(formats[rays->phases < 2 ? rays->phases : 2], time);
     }
     if (rays->predicted_gain > 0.0) printf(", predicted gain over its numbers %.3g", rays->predicted_gain);
     printf("\n");

@@ -3,8 +3,8 @@
  *
  * Layout: pieces as in part_stream.h. The magic; the format's number, CA_PASS_PART_FORMAT (blocks of pairs have
  * another one, part_file.h); the fields of pass_part.c; the ranges of passes, two numbers each; three texts
- * (settings, record, scene path); numbers of rays, 4 bytes a pixel, where a file told them; the film row by row
- * (film.h); a hash of all before it. Size: that of the film in memory or less, and some hundred bytes. Reading trusts
+ * (settings, record, scene path); numbers of rays, 4 bytes a pixel, where all passes have those of a file or of one
+ * choice; the film row by row (film.h); a hash of all before it. Size: that of the film in memory or less, and some hundred bytes. Reading trusts
  * nothing: a file that is too short or too long, damaged or of another version is refused (CA_ERROR_FORMAT) before
  * memory is taken for what it claims to hold. Only a row of a file's film is in memory. */
 #ifndef CA_FILM_PASS_PART_H
@@ -35,7 +35,7 @@ typedef struct ca_pass_part {
     double seconds;                  /* of rendering */
     ca_pass_looks looks;
     uint32_t threads;
-    uint32_t light_paths;   /* of a pass, where the numbers of rays are those of a file; else 0. Then likewise: */
+    uint32_t light_paths;   /* of a pass, where all have the numbers of a file or of one choice; else 0. Likewise: */
     uint32_t *camera_paths; /* owned; of each pixel */
 } ca_pass_part;
 

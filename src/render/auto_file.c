@@ -290,13 +290,14 @@ static ca_status fail_damaged(FILE *stream, const char *path, ca_error *error)
     return ca_fail(error, CA_ERROR_FORMAT, NULL, "%s: this part file is damaged", path);
 }
 
-/* Where the method has no numbers of rays, or the render was too short to choose them, there are passes. */
+/* Where the method has no numbers of rays, the render was too short to choose them or several ranks chose them once,
+ * there are passes. */
 static ca_status fail_format(const char *path, uint64_t format, ca_error *error)
 {
     if (format == CA_PASS_PART_FORMAT)
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
-                       "%s: a part file of passes, for which no numbers of rays were chosen: merging it makes its "
-                       "image",
+                       "%s: a part file of passes, whose numbers of rays did not change: merging it makes its image, "
+                       "which as file of rays repeats them",
                        path);
     return ca_part_fail_format(path, format, CA_JOINED_PART_FORMAT, error);
 }

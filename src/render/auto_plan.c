@@ -34,6 +34,17 @@ static ca_auto_decision choose(const ca_auto_situation *s, ca_auto_step step, ui
                    .for_a_trial = step == CA_AUTO_CHOOSE_TRIAL}};
 }
 
+bool ca_auto_has_settled(const ca_auto_decision *decision)
+{
+    return decision->step != CA_AUTO_CHOOSE && decision->step != CA_AUTO_CHOOSE_TRIAL &&
+           decision->step != CA_AUTO_TRIAL;
+}
+
+ca_auto_limits ca_auto_last_limits(const ca_auto_situation *s)
+{
+    return choose(s, CA_AUTO_CHOOSE, ITERATIONS_TO_COME, REACH).limits;
+}
+
 ca_auto_limits ca_auto_half_limits(double timed_light_paths)
 {
     return (ca_auto_limits){

@@ -126,6 +126,11 @@ ca_auto_decision ca_auto_decision_to(const ca_auto_decision *decision, const ca_
 ca_auto_situation ca_auto_note(const ca_auto_situation *situation, const ca_auto_decision *decision,
                                const ca_auto_outcome *outcome);
 
+/* Are all choices made that come before the render's own iterations? */
+bool ca_auto_has_settled(const ca_auto_decision *decision);
+/* The limits of the last choice, where none is left to be used when all have been made. */
+ca_auto_limits ca_auto_last_limits(const ca_auto_situation *situation);
+
 /* The limits for a half of the pilot that chooses alone, to tell its weight. */
 ca_auto_limits ca_auto_half_limits(double timed_light_paths);
 /* The most light paths that may be chosen. */

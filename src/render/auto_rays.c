@@ -116,6 +116,16 @@ static void decide(ca_auto_rays *a)
     }
 }
 
+/* A render that ended in its trials has used its last choice: then what they told decides. */
+static ca_status use_best(ca_auto_rays *a, step_memory *memory, ca_error *error)
+{
+    ca_auto_outcome outcome;
+    const ca_auto_limits limits = ca_auto_last_limits(&a->situation);
+    if (!memory->best.numbers.camera_paths) CA_TRY(choose(a, &limits, &memory->best, &outcome, error));
+    ca_auto_use(a, &memory->best);
+    return CA_OK;
+}
+
 static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *error)
 {
     if (!a->kept.resumed)
@@ -123,6 +133,8 @@ static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *err
     for (;;) {
         ca_auto_outcome outcome = {0};
         decide(a);
+        if (a->chooses_only && a->progress.stopped) return CA_OK;
+        if (a->chooses_only && ca_auto_has_settled(&a->decision)) return use_best(a, memory, error);
         if (a->decision.step == CA_AUTO_END) return CA_OK;
         CA_TRY(perform(a, &a->decision, memory, &outcome, error));
         outcome.progress = a->progress;
@@ -263,19 +275,24 @@ static ca_noise_looks start_looks(const ca_render_plan *plan)
                                 ca_noise_looks_patience(pixels, plan->scene->light_count > 0));
 }
 
-ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *observer, ca_image_layers **image,
-                              ca_render_statistics *statistics, ca_error *error)
+static ca_auto_rays rays_of(ca_render_plan *plan)
 {
     const double unknown = (double)NAN;
-    ca_auto_rays a = {
+    return (ca_auto_rays){
         .plan = plan,
-        .observer = observer,
         .frame = frame_of(plan),
         .progress.looks = start_looks(plan),
         .start = ca_clock_seconds() - plan->method.seconds, /* the method's choice is a part of the render */
         .predicted_gain = unknown,
         .costs = {.iteration = unknown, .light_path = unknown, .camera_path = unknown, .candidate = unknown},
     };
+}
+
+ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *observer, ca_image_layers **image,
+                              ca_render_statistics *statistics, ca_error *error)
+{
+    ca_auto_rays a = rays_of(plan);
+    a.observer = observer;
     CA_TRY(plan_memory(plan, error));
     CA_TRY(ca_auto_read_settings(&a, error));
     ca_status status = create(&a, error);
@@ -286,4 +303,27 @@ ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *obse
     if (a.failure == CA_OK) status = tell_of_checkpoint(&a, status, error);
     destroy(&a);
     return a.failure == CA_OK ? status : a.failure;
+}
+
+static void take_choice(ca_auto_rays *a, ca_auto_chosen *chosen)
+{
+    *chosen = (ca_auto_chosen){.light_paths = a->numbers.light_paths, .camera_paths = a->numbers.camera_paths};
+    a->numbers.camera_paths = NULL;
+    ca_auto_tell_numbers(a, &chosen->told);
+    chosen->told.phases = 1;
+}
+
+ca_status ca_auto_rays_choose(ca_render_plan *plan, ca_auto_chosen *chosen, ca_error *error)
+{
+    ca_auto_rays a = rays_of(plan);
+    a.chooses_only = true;
+    *chosen = (ca_auto_chosen){0};
+    CA_TRY(plan_memory(plan, error));
+    CA_TRY(ca_auto_read_settings(&a, error));
+    ca_status status = create(&a, error);
+    if (status == CA_OK) status = run_all(&a, error);
+    if (status == CA_OK) status = a.failure;
+    if (status == CA_OK && !a.progress.stopped) take_choice(&a, chosen);
+    destroy(&a);
+    return status;
 }

@@ -74,4 +74,15 @@ typedef struct ca_auto_observer {
 ca_status ca_auto_rays_render(ca_render_plan *plan, const ca_auto_observer *observer, ca_image_layers **image,
                               ca_render_statistics *statistics, ca_error *error);
 
+/* Numbers for passes that are all alike: pilot and trials of such a render are made, and dropped. */
+typedef struct ca_auto_chosen {
+    uint32_t light_paths;    /* N_F; 0: it was ended before there was a choice */
+    uint32_t *camera_paths;  /* owned: N_B(p) */
+    ca_rays_statistics told; /* phases: 1, that of the passes */
+} ca_auto_chosen;
+
+/* Of a plan with CA_RAYS_AUTO; samples, time and noise of its settings say how much there is to render. Errors: as
+ * above. */
+ca_status ca_auto_rays_choose(ca_render_plan *plan, ca_auto_chosen *chosen, ca_error *error);
+
 #endif

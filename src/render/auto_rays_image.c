@@ -97,6 +97,21 @@ static void show_parts(const ca_auto_rays *a, const ca_joined_film *render)
 
 /* ---- The image ------------------------------------------------------------------------------------------------- */
 
+void ca_auto_tell_numbers(const ca_auto_rays *a, ca_rays_statistics *told)
+{
+    *told = (ca_rays_statistics){
+        .light_paths = a->numbers.light_paths,
+        .camera_paths = a->numbers.mean,
+        .phases = a->runs + (a->work != NULL),
+        .pilot_seconds = a->pilot_seconds,
+        .predicted_gain = a->predicted_gain,
+        .iteration_seconds = a->costs.iteration,
+        .light_path_seconds = a->costs.light_path,
+        .camera_path_seconds = a->costs.camera_path,
+        .candidate_seconds = a->costs.candidate,
+    };
+}
+
 static void fill_statistics(const ca_auto_rays *a, const ca_joined_film *image, ca_render_statistics *statistics)
 {
     const ca_film_summary summary = ca_joined_film_summarise(image, a->iterations, &a->frame);
@@ -114,17 +129,7 @@ static void fill_statistics(const ca_auto_rays *a, const ca_joined_film *image, 
     statistics->keeps_checkpoint = a->kept.checkpoint.is_kept;
     statistics->first_predicted_seconds = a->progress.looks.first_predicted_seconds;
     statistics->first_predicted_at = a->progress.looks.first_predicted_at;
-    statistics->numbers_of_rays = (ca_rays_statistics){
-        .light_paths = a->numbers.light_paths,
-        .camera_paths = a->numbers.mean,
-        .phases = a->runs + (a->work != NULL),
-        .pilot_seconds = a->pilot_seconds,
-        .predicted_gain = a->predicted_gain,
-        .iteration_seconds = a->costs.iteration,
-        .light_path_seconds = a->costs.light_path,
-        .camera_path_seconds = a->costs.camera_path,
-        .candidate_seconds = a->costs.candidate,
-    };
+    ca_auto_tell_numbers(a, &statistics->numbers_of_rays);
 }
 
 /* Those of a run at work are not numbered yet. */

@@ -280,7 +280,7 @@ static ca_status learn(ca_auto_rays *a, ca_auto_pilot *p, ca_error *error)
 
 static bool render_ends(const ca_auto_rays *a)
 {
-    if (a->progress.stopped) return true;
+    if (a->progress.stopped || a->chooses_only) return a->progress.stopped;
     if (ca_auto_repeats(a)) return ca_auto_script_group(a) == NULL;
     return a->pilot_work >= ca_auto_work_end(&a->goal) || ca_auto_is_over(&a->goal, &a->progress);
 }

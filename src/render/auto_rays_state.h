@@ -89,6 +89,7 @@ typedef struct ca_auto_rays {
     uint32_t look_iterations; /* done when progress.looks.noise was estimated */
     double look_seconds;      /* then */
     double start; /* by the clock; time in which the caller is told does not count */
+    bool chooses_only; /* the numbers are all that is wanted (ca_auto_rays_choose) */
     bool interrupted;
     bool ended_early;  /* an iteration failed or was stopped: the image is of those before it */
     ca_status failure; /* of it; CA_OK: stopped */
@@ -271,6 +272,8 @@ double ca_auto_look_in_pilot(ca_auto_rays *a, const ca_film *films);
 /* ca_render_progress.snapshot, while a run is at work. */
 ca_status ca_auto_snapshot(const ca_render_progress *progress, ca_image_layers **image,
                            ca_render_statistics *statistics, ca_error *error);
+/* The numbers in use, and how they were chosen. */
+void ca_auto_tell_numbers(const ca_auto_rays *a, ca_rays_statistics *told);
 /* The render's image; frees what it is made of. */
 ca_status ca_auto_finish(ca_auto_rays *a, ca_image_layers **image, ca_render_statistics *statistics, ca_error *error);
 

@@ -5,6 +5,7 @@
 #include "film/part_stream.h"
 #include "film/pass_part.h"
 #include "render/auto_file.h"
+#include "render/auto_method.h"
 #include "render/checkpoint.h"
 #include "render/part_settings.h"
 
@@ -49,12 +50,19 @@ ca_status ca_kept_method_use(const char *lines, const char *settings, const char
 
 /* ---- Of rays "auto" -------------------------------------------------------------------------------------------- */
 
+/* Passes are of numbers that were chosen once, or of a method without numbers to choose; else they are another
+ * render's, which is told when the file is read. */
 static ca_status use_passes(ca_render_plan *plan, const char *path, ca_error *error)
 {
+    const bool chooses = ca_render_plan_chooses(plan);
     ca_pass_reader reader;
+    ca_status status = CA_OK;
     CA_TRY(ca_pass_reader_open(&reader, path, error));
-    const ca_status status = ca_kept_method_use(reader.part.record, reader.part.settings, path, plan, error);
-    plan->rays = reader.part.light_paths > 0 ? CA_RAYS_AUTO_ONCE : CA_RAYS_OF_SETTINGS;
+    if (chooses) status = ca_kept_method_use(reader.part.record, reader.part.settings, path, plan, error);
+    if (reader.part.light_paths > 0)
+        plan->rays = CA_RAYS_AUTO_ONCE;
+    else if (chooses)
+        plan->rays = CA_RAYS_OF_SETTINGS;
     ca_pass_reader_close(&reader);
     return status == CA_OK ? ca_render_plan_memory(plan, error) : status;
 }
@@ -65,8 +73,8 @@ static ca_status use_file(ca_render_plan *plan, const char *path, ca_error *erro
     uint64_t size, format;
     CA_TRY(ca_part_open(path, &stream, &size, &format, error));
     fclose(stream);
-    return format == CA_JOINED_PART_FORMAT ? ca_auto_file_use_method(plan, path, error)
-                                           : use_passes(plan, path, error);
+    if (format != CA_JOINED_PART_FORMAT) return use_passes(plan, path, error);
+    return ca_render_plan_chooses(plan) ? ca_auto_file_use_method(plan, path, error) : CA_OK;
 }
 
 ca_status ca_kept_method_recall(ca_render_plan *plan, bool *used, ca_error *error)

@@ -15,8 +15,8 @@ ca_status ca_kept_method_use(const char *lines, const char *settings, const char
                              ca_error *error);
 
 /* Of a render with rays "auto": the same from the checkpoint that it goes on from, of whichever kind; *used: there is
- * one. A checkpoint that has passes is of a method without numbers to choose, or has numbers that were chosen once:
- * plan->rays then says so. */
+ * one. Where it has passes plan->rays says so: their numbers were chosen once, or the method has none to choose. With
+ * an integrator that was named nothing else is put to use. */
 ca_status ca_kept_method_recall(ca_render_plan *plan, bool *used, ca_error *error);
 
 #endif

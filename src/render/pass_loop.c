@@ -50,10 +50,12 @@ static bool should_stop(const ca_pass_render *r)
     return ca_noise_looks_over(&r->looks);
 }
 
+static double seconds_of_pass(const ca_pass_render *r) { return (r->seconds - r->before) / r->passes; }
+
 static void look(ca_pass_render *r)
 {
     ca_noise_looks_take(&r->looks, r->passes, 100.0 * ca_film_summarise(&r->film).noise, r->seconds,
-                        r->seconds / r->passes);
+                        seconds_of_pass(r));
     r->look_passes = r->passes;
     r->look_seconds = r->seconds;
 }
@@ -63,7 +65,7 @@ static void look_at_own(ca_pass_render *r)
 {
     const double known = (double)r->work.in_sums / r->passes;
     const double noise = 100.0 * ca_film_summarise(&r->film).noise * sqrt(known);
-    ca_noise_looks_take(&r->looks, r->passes, noise, r->seconds, r->seconds / r->passes);
+    ca_noise_looks_take(&r->looks, r->passes, noise, r->seconds, seconds_of_pass(r));
     r->look_passes = r->passes;
     r->look_seconds = r->seconds;
 }
@@ -127,10 +129,10 @@ static double whole_seconds(const ca_pass_render *r)
     const ca_render_plan *plan = r->plan;
     const double limit = plan->settings->seconds > 0.0 ? plan->settings->seconds : (double)INFINITY;
     if (r->looks.seconds_predicted > 0.0) return fmin(limit, r->looks.seconds_predicted);
-    return plan->open_ended ? limit : fmin(limit, r->seconds / r->passes * passes_planned(plan));
+    return plan->open_ended ? limit : fmin(limit, r->before + seconds_of_pass(r) * passes_planned(plan));
 }
 
-/* The one pass of a render that was ended while its method was chosen is not worth going on from: the choice would
+/* The one pass of a render that was ended while something was chosen is not worth going on from: the choice would
  * stay as it is. */
 static bool may_keep(const ca_pass_render *r) { return r->passes > 0 && !r->plan->ended; }
 
@@ -251,7 +253,7 @@ ca_status ca_pass_loop_run(ca_pass_render *r, ca_error *error)
     if (r->kept.resumed > 0)
         resume(r);
     else
-        r->start -= r->plan->method.seconds + r->choice.seconds;
+        r->start -= r->before = r->plan->method.seconds + r->once.seconds;
     const ca_status status = r->ranks ? lead_passes(r, error) : make_passes(r, error);
     ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;

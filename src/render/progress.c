@@ -41,7 +41,8 @@ bool ca_progress_ran_out_of_passes(const ca_render_settings *settings, const ca_
 {
     const bool by_time = settings->seconds > 0.0, by_noise = settings->noise_percent > 0.0;
     const bool by_number = settings->samples_per_pixel > 0 || settings->has_passes || statistics->blocks[1] > 0;
-    if (by_number || statistics->interrupted || statistics->numbers_of_rays.pilot_seconds > 0.0) return false;
+    const bool joined = statistics->passes[1] == 0 && statistics->numbers_of_rays.pilot_seconds > 0.0;
+    if (by_number || statistics->interrupted || joined) return false;
     if (by_time && statistics->seconds >= settings->seconds) return false;
     if (by_noise && statistics->noise_percent < settings->noise_percent) return false;
     return by_time || by_noise;

@@ -106,7 +106,7 @@ ca_status ca_ray_file_add_layers(const ca_ray_file *file, uint32_t passes, ca_im
     for (size_t p = 0; p < (size_t)image->width * image->height; p++)
         camera[p] = (float)((double)passes * file->camera_paths[p]);
     CA_TRY(ca_ray_map_add(image, file->light_paths, file->camera_paths, error));
-    snprintf(text, sizeof text, "given: %u %s and %.4g %s per pixel", file->light_paths,
+    snprintf(text, sizeof text, "in each pass: %u %s and %.4g %s per pixel", file->light_paths,
              ca_noun(file->light_paths, "light path", "light paths"), file->mean,
              ca_noun(file->mean, "camera path", "camera paths"));
     return ca_layers_set_text(image, "caustica.rays", text, error);

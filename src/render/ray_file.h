@@ -1,5 +1,5 @@
-/* Numbers of rays from a file (ca_render_settings.rays): for a render that is the same to the bit whatever measured
- * times were. */
+/* Numbers of rays that all passes have, from a file (ca_render_settings.rays) or chosen once (rays_once.h): from there
+ * on the render is the same to the bit whatever measured times were. */
 #ifndef CA_RENDER_RAY_FILE_H
 #define CA_RENDER_RAY_FILE_H
 
@@ -7,7 +7,7 @@
 
 typedef struct ca_ray_file {
     uint32_t *camera_paths, *first; /* owned: N_B(p), and zeros */
-    uint32_t light_paths;           /* N_F; 0: no file was read */
+    uint32_t light_paths;           /* N_F; 0: there are none */
     double mean;                    /* of N_B(p) */
     ca_pass_counts counts;          /* points to the two */
 } ca_ray_file;

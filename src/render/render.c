@@ -103,9 +103,9 @@ static ca_status choose_and_render(ca_render_plan *plan, ca_image_layers **image
 static ca_status render_auto_rays(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
                                   ca_error *error)
 {
-    if (plan->rays == CA_RAYS_AUTO) CA_TRY(ca_rays_once_recall(plan, error));
+    bool used;
+    if (plan->rays == CA_RAYS_AUTO) CA_TRY(ca_kept_method_recall(plan, &used, error));
     if (ca_render_plan_joins(plan)) return ca_auto_rays_render(plan, NULL, image, statistics, error);
-    CA_TRY(ca_render_plan_memory(plan, error));
     return ca_render_passes(plan, image, statistics, error);
 }
 
@@ -135,13 +135,17 @@ static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
                              plan->settings->ranks ? NULL : plan->input.stop, error);
 }
 
-/* What ranks tell each other, and when, follows from the integrator: before anything else it must be the same. */
-static ca_status agree_on_integrator(const ca_render_plan *plan, ca_error *error)
+/* What ranks tell each other, and when, follows from the integrator and from where numbers of rays come from: before
+ * anything else these must be the same, and the scene, too, for which rank 0 may have to choose. */
+static ca_status agree_on_settings(const ca_render_plan *plan, ca_error *error)
 {
-    char text[128];
+    char *text = NULL;
     if (!plan->settings->ranks) return CA_OK;
-    snprintf(text, sizeof text, "version %s\nintegrator %s\n", ca_version(), plan->type->name);
-    return ca_part_settings_agree(plan->settings->ranks, text, error);
+    const ca_status made = ca_pass_settings_make(plan, 0, &text, error);
+    ca_status status = ca_ranks_agree(plan->settings->ranks, made, error);
+    if (status == CA_OK) status = ca_part_settings_agree(plan->settings->ranks, text, error);
+    ca_free(text);
+    return status;
 }
 
 /* What camera rays meet, of whatever image there is. Who does not wait for that gets the image without; who wants
@@ -170,7 +174,7 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     ca_status status = keep_memory_back(plan, error);
     if (status == CA_OK && ca_render_plan_chooses(plan)) status = ca_pass_settings_make(plan, 0, &plan->asked, error);
     status = ca_ranks_agree(plan->settings->ranks, status, error);
-    if (status == CA_OK) status = agree_on_integrator(plan, error);
+    if (status == CA_OK) status = agree_on_settings(plan, error);
     if (status == CA_OK) status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
     status = add_layers(plan, image, status, statistics, error);

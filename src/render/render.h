@@ -39,7 +39,7 @@ typedef struct ca_render_plan {
     ca_method_statistics method; /* of integrator `auto`, once its method is chosen */
     char method_warning[CA_PREFLIGHT_WARNING_SIZE]; /* what is wrong with that; "": nothing is known */
     char *asked;                 /* owned while ca_render_plan_run runs: the settings before that; NULL: not `auto` */
-    bool ended; /* the caller has ended the render while that was chosen: one pass is made, and not kept */
+    bool ended; /* the render was ended while that, or numbers of rays, were chosen: one pass is made, and not kept */
     ca_ray_objective objective; /* of numbers that are chosen */
     uint32_t first_pass; /* > 0: of a part that begins there */
     uint32_t pass_limit; /* the number of the pass to end before */

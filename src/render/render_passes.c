@@ -18,12 +18,8 @@
 
 static ca_rays_statistics rays_statistics(const ca_pass_render *r)
 {
-    ca_rays_statistics rays = ca_ray_file_statistics(&r->rays);
-    if (r->choice.seconds <= 0.0) return rays; /* given, or chosen before this process */
-    rays = r->choice.told;
-    rays.pilot_seconds = r->choice.seconds;
-    rays.phases = 1;
-    return rays;
+    const ca_rays_statistics rays = ca_ray_file_statistics(&r->rays);
+    return r->once.chosen.told.light_paths > 0 ? r->once.chosen.told : rays; /* of a file, or of a render before */
 }
 
 static void fill_statistics(const ca_pass_render *r, ca_render_statistics *statistics)
@@ -160,12 +156,12 @@ static ca_status create_integrator(ca_pass_render *r, ca_error *error)
 /* Numbers of rays for all passes, from a file or chosen. */
 static ca_status prepare_rays(ca_pass_render *r, ca_error *error)
 {
-    ca_rays_once *choice = &r->choice;
+    ca_auto_chosen *chosen = &r->once.chosen;
     if (r->plan->rays == CA_RAYS_OF_FILE) return ca_ray_file_read(&r->rays, r->plan, error);
-    if (choice->light_paths == 0) return CA_OK;
-    uint32_t *camera_paths = choice->camera_paths;
-    choice->camera_paths = NULL;
-    return ca_ray_file_take(&r->rays, choice->light_paths, camera_paths, r->plan, error);
+    if (chosen->light_paths == 0) return CA_OK;
+    uint32_t *camera_paths = chosen->camera_paths;
+    chosen->camera_paths = NULL;
+    return ca_ray_file_take(&r->rays, chosen->light_paths, camera_paths, r->plan, error);
 }
 
 /* Of these numbers. */
@@ -193,7 +189,7 @@ static ca_status create_work(ca_pass_render *r, ca_error *error)
     r->rank_film = (ca_rank_film){.film = &r->film, .workers = &r->runner.workers};
     const ca_rank_sums sums = ca_rank_sums_of(&r->rank_film);
     CA_TRY(ca_rank_work_create(&r->work, r->ranks, &sums, r->plan->first_pass, r->kept.resumed, error));
-    r->work.limit = r->plan->pass_limit;
+    r->work.limit = r->plan->ended ? r->plan->first_pass + 1 : r->plan->pass_limit;
     r->work.end_wanted = r->plan->settings->stop;
     r->work.make = ca_pass_loop_make_range;
     r->work.make_user = r;
@@ -266,16 +262,16 @@ static ca_status begin_method(ca_pass_render *r, ca_error *error)
     return ca_ranks_agree(r->ranks, ca_pass_settings_share(r->ranks, r->plan, error), error);
 }
 
-/* A checkpoint of another film, or of none with numbers, is refused when all settings are compared. */
+/* A checkpoint of another film, or one without numbers, is refused when all settings are compared. */
 static ca_status choose_numbers(ca_pass_render *r, ca_error *error)
 {
     const ca_pass_reader *reader = &r->kept.reader;
-    if (!r->kept.checkpoint.resumes) return ca_rays_once_make(r->plan, &r->choice, error);
+    if (!r->kept.checkpoint.resumes) return ca_rays_once_choose(r->plan, &r->once, error);
     if (memcmp(reader->film.crop, r->plan->crop, sizeof r->plan->crop) != 0) return CA_OK;
-    return ca_rays_once_of(&reader->part, (size_t)ca_render_plan_pixels(r->plan), &r->choice, error);
+    return ca_rays_once_of(&reader->part, (size_t)ca_render_plan_pixels(r->plan), &r->once, error);
 }
 
-/* And numbers of rays. */
+/* The method, then numbers of rays. */
 static ca_status begin(ca_pass_render *r, ca_error *error)
 {
     CA_TRY(begin_method(r, error));
@@ -283,7 +279,7 @@ static ca_status begin(ca_pass_render *r, ca_error *error)
     ca_status status = ca_ranks_helps(r->ranks) ? CA_OK : choose_numbers(r, error);
     status = ca_ranks_agree(r->ranks, status, error);
     if (status != CA_OK || !r->ranks) return status;
-    return ca_rays_once_share(r->ranks, (size_t)ca_render_plan_pixels(r->plan), &r->choice, error);
+    return ca_rays_once_share(r->ranks, (size_t)ca_render_plan_pixels(r->plan), &r->once, error);
 }
 
 ca_status ca_render_passes(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
@@ -297,7 +293,7 @@ ca_status ca_render_passes(ca_render_plan *plan, ca_image_layers **image, ca_ren
     ca_film_destroy(&r.film);
     plan->input.camera_paths = NULL;
     ca_ray_file_destroy(&r.rays);
-    ca_rays_once_destroy(&r.choice);
+    ca_rays_once_destroy(&r.once);
     ca_kept_destroy(&r.kept);
     return status;
 }

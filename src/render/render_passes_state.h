@@ -12,11 +12,12 @@ typedef struct ca_pass_render {
     void *integrator;
     ca_film film;
     ca_pass_runner runner;
-    ca_rays_once choice; /* of plans with CA_RAYS_AUTO_ONCE; its map goes into: */
-    ca_ray_file rays;     /* likewise, and with CA_RAYS_OF_FILE */
+    ca_rays_once once; /* of plans with CA_RAYS_AUTO_ONCE; its map goes into: */
+    ca_ray_file rays;  /* likewise, and with CA_RAYS_OF_FILE */
     ca_kept_passes kept;
     uint32_t passes; /* done, from plan->first_pass on */
     double start, seconds;
+    double before; /* of the seconds, in which no pass was made: what had to be chosen */
     ca_noise_looks looks;
     uint32_t look_passes; /* done at the last look */
     double look_seconds;  /* then */

@@ -26,6 +26,7 @@ static void render_as(void *user, const ca_ranks *ranks)
     s.checkpoint_path = s.part_path = NULL;
     s.resume = false;
     if (is_last && j->last_stop) s.stop = j->last_stop;
+    if (is_last && j->last_without_rays) s.rays = NULL;
     if (is_last && j->last_integrator) s.integrator = j->last_integrator;
     const ca_status status = ca_render(is_last && j->last_scene ? j->last_scene : scene, &s, &none, NULL, NULL);
     assert_null(none);

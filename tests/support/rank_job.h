@@ -9,6 +9,7 @@ typedef struct rank_job {
     const ca_scene *last_scene;  /* of the last rank; NULL: the same; likewise: */
     const char *last_integrator;
     const int *last_stop; /* likewise */
+    bool last_without_rays;
     bool many_threads;    /* the ranks have one, two and three */
     ca_status status, others;
     ca_image_layers *image;
