@@ -51,7 +51,8 @@ int ca_file_write_failure(FILE *stream);
 void ca_file_abandon(ca_file_writer *writer);
 
 /* A lock that one process holds, in a file of its own that goes with it. If the process is killed the lock is free;
- * the file then stays until the next one releases it. So does one that cannot be locked: nobody knows who holds it. */
+ * the file then stays until the next one releases it. So does one that cannot be locked: another process may hold
+ * it. */
 typedef struct ca_file_lock {
     char *path; /* owned; NULL: nothing is held */
     int descriptor;

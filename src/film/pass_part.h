@@ -4,9 +4,10 @@
  * Layout: pieces as in part_stream.h. The magic; the format's number, CA_PASS_PART_FORMAT (blocks of pairs have
  * another one, part_file.h); the fields of pass_part.c; the ranges of passes, two numbers each; three texts
  * (settings, record, scene path); numbers of rays, 4 bytes a pixel, where all passes have those of a file or of one
- * choice; the film row by row (film.h); a hash of all before it. Size: that of the film in memory or less, and some hundred bytes. Reading trusts
- * nothing: a file that is too short or too long, damaged or of another version is refused (CA_ERROR_FORMAT) before
- * memory is taken for what it claims to hold. Only a row of a file's film is in memory. */
+ * choice; the film row by row (film.h); a hash of all before it. Size: that of the film in memory or less, and some
+ * hundred bytes. Reading trusts nothing: a file that is too short or too long, damaged or of another version is
+ * refused (CA_ERROR_FORMAT) before memory is taken for what it claims to hold. Only a row of a file's film is in
+ * memory. */
 #ifndef CA_FILM_PASS_PART_H
 #define CA_FILM_PASS_PART_H
 

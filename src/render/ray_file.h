@@ -1,5 +1,5 @@
-/* Numbers of rays that all passes have, from a file (ca_render_settings.rays) or chosen once (rays_once.h): from there
- * on the render is the same to the bit whatever measured times were. */
+/* Numbers of rays that all passes have, from a file (ca_render_settings.rays) or chosen once (rays_once.h): with them
+ * a render is the same to the bit whatever measured times were. */
 #ifndef CA_RENDER_RAY_FILE_H
 #define CA_RENDER_RAY_FILE_H
 
