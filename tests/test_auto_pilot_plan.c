@@ -79,8 +79,8 @@ static void test_numbers(void **state)
         const ca_pilot_situation s = situation_of(c);
         const ca_pilot_decision d = ca_pilot_decide(&s);
         if (d.step != (c->step == 'r' ? CA_PILOT_RAMP : CA_PILOT_ORDINARY) ||
-            fabs((double)d.numbers.light_paths - c->expected[0]) > 1.0 ||
-            d.numbers.camera_paths != c->expected[1] || fabs((double)d.least_light_paths - c->least) > 1.0)
+            fabs((double)d.numbers.light_paths - c->expected[0]) > 1.0 || d.numbers.camera_paths != c->expected[1] ||
+            fabs((double)d.least_light_paths - c->least) > 1.0)
             fail_msg("%s: step %d, %u light paths (at least %u), %u camera paths", c->what, (int)d.step,
                      d.numbers.light_paths, d.least_light_paths, d.numbers.camera_paths);
     }
@@ -164,10 +164,22 @@ static void test_end(void **state)
         {"not yet", {.seconds = 10}, 0.59, 9, -1, 0, false, 60, false},
         {"an eighth of the samples", {.samples = 80}, 0.1, 10, -1, 0, false, 6, true},
         {"not yet an eighth", {.samples = 80}, 100, 9.9, -1, 0, false, 6, false},
-        {"two seconds", {0, 0, 0}, 2, 9, 5, 1, false, 6, true},
-        {"not yet two", {0, 0, 0}, 1.9, 9, 5, 1, false, 6, false},
-        {"the target", {0, 0, 0}, 0.1, 9, 0.9, 1, false, 6, true},
-        {"the target, too few iterations", {0, 0, 0}, 0.1, 9, 0.9, 1, false, 4, false},
+        {"the longest that may be lost", {.samples = 80, .longest_pilot = 120}, 120, 1, -1, 0, false, 6, true},
+        {"a share of the time is less",
+         {.samples = 80, .seconds = 10, .longest_pilot = 120},
+         0.6,
+         1,
+         -1,
+         0,
+         false,
+         6,
+         true},
+        {"neither yet", {.seconds = 9999, .longest_pilot = 120}, 119, 9, -1, 0, false, 6, false},
+        {"and less than a share", {.seconds = 9999, .longest_pilot = 120}, 120, 9, -1, 0, false, 6, true},
+        {"two seconds", {0, 0, 0, 0}, 2, 9, 5, 1, false, 6, true},
+        {"not yet two", {0, 0, 0, 0}, 1.9, 9, 5, 1, false, 6, false},
+        {"the target", {0, 0, 0, 0}, 0.1, 9, 0.9, 1, false, 6, true},
+        {"the target, too few iterations", {0, 0, 0, 0}, 0.1, 9, 0.9, 1, false, 4, false},
         {"stopped", {.seconds = 10}, 0.1, 9, -1, 0, true, 2, true},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

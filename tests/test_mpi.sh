@@ -144,7 +144,7 @@ check "a rank that is killed leaves the last checkpoint" dead_rank
 # A rank may be a moment behind mpirun.
 all_gone() {
     local i
-    for ((i = 0; i < 100; i++)); do
+    for ((i = 0; i < 600; i++)); do
         pgrep -f "$program render ball.xml --time 30 -o s.pfm" >/dev/null || return 0
         sleep 0.05
     done

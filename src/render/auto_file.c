@@ -296,8 +296,7 @@ static ca_status fail_format(const char *path, uint64_t format, ca_error *error)
 {
     if (format == CA_PASS_PART_FORMAT)
         return ca_fail(error, CA_ERROR_FORMAT, NULL,
-                       "%s: a part file of passes, whose numbers of rays did not change: merging it makes its image, "
-                       "which as file of rays repeats them",
+                       "%s: a part file of passes, not a record of rays \"auto\": merging it makes its image",
                        path);
     return ca_part_fail_format(path, format, CA_JOINED_PART_FORMAT, error);
 }

@@ -12,6 +12,7 @@ typedef struct ca_auto_goal {
     double samples; /* camera paths of a pixel, mean over pixels; 0: their number does not end the render */
     double seconds; /* 0: no limit */
     double choosing; /* of the render's seconds were gone before the pilot: the method was chosen */
+    double longest_pilot; /* s, where its samples are dropped; 0: they count, so that its share alone limits it */
 } ca_auto_goal;
 
 typedef struct ca_auto_progress {

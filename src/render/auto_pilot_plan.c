@@ -53,9 +53,17 @@ double ca_pilot_ramp_share(const ca_pilot_group *ramp, const ca_pilot_group *ord
 
 /* ---- Numbers --------------------------------------------------------------------------------------------------- */
 
+/* INFINITY: not limited by time. */
+static double longest_pilot(const ca_auto_goal *goal)
+{
+    const double share = goal->seconds > 0.0 ? share_of_seconds * goal->seconds : (double)INFINITY;
+    return goal->longest_pilot > 0.0 ? fmin(goal->longest_pilot, share) : (double)INFINITY;
+}
+
 static double pilot_seconds(const ca_auto_goal *goal)
 {
-    return goal->seconds > 0.0 ? share_of_seconds * goal->seconds : seconds_to_a_target;
+    const double wanted = goal->seconds > 0.0 ? share_of_seconds * goal->seconds : seconds_to_a_target;
+    return fmin(wanted, longest_pilot(goal));
 }
 
 /* How many times longer than the ramp's last iteration may an iteration take, so that the rest of the pilot has
@@ -136,6 +144,7 @@ bool ca_pilot_is_long_enough(const ca_auto_goal *goal, const ca_auto_progress *p
     if (progress->stopped) return true;
     if (iterations < LEAST_ITERATIONS) return false;
     if (ca_noise_looks_over(&progress->looks)) return true;
+    if (progress->seconds - goal->choosing >= longest_pilot(goal)) return true;
     if (goal->samples > 0.0) return progress->camera_paths >= share_of_samples * goal->samples;
     return progress->seconds - goal->choosing >= pilot_seconds(goal);
 }

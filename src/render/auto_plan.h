@@ -128,7 +128,7 @@ ca_auto_situation ca_auto_note(const ca_auto_situation *situation, const ca_auto
 
 /* Are all choices made that come before the render's own iterations? */
 bool ca_auto_has_settled(const ca_auto_decision *decision);
-/* The limits of the last choice, where none is left to be used when all have been made. */
+/* The limits of a last choice, for a render whose pilot or trials used up its work, or were too long, before it. */
 ca_auto_limits ca_auto_last_limits(const ca_auto_situation *situation);
 
 /* The limits for a half of the pilot that chooses alone, to tell its weight. */

@@ -4,6 +4,10 @@
 #include "base/memory.h"
 #include "render/auto_rays_state.h"
 
+/* Of choosing alone, s: what it takes is lost. */
+#define LONGEST_PILOT 120.0
+#define LONGEST_TRIAL (0.5 * LONGEST_PILOT)
+
 /* ---- What the caller is told ----------------------------------------------------------------------------------- */
 
 void ca_auto_report(ca_auto_rays *a)
@@ -116,15 +120,60 @@ static void decide(ca_auto_rays *a)
     }
 }
 
-/* A render that ended in its trials has used its last choice: then what they told decides. */
+/* ---- Choosing alone -------------------------------------------------------------------------------------------- */
+
+static bool has_time(const ca_auto_rays *a)
+{
+    return a->goal.seconds == 0.0 || a->progress.seconds < a->goal.seconds;
+}
+
+/* What is decided is used. Where that was given up, or used in a trial, what is known decides; where no time is left
+ * to render, nothing is better than the pilot's numbers. */
 static ca_status use_best(ca_auto_rays *a, step_memory *memory, ca_error *error)
 {
     ca_auto_outcome outcome;
     const ca_auto_limits limits = ca_auto_last_limits(&a->situation);
+    if (!has_time(a)) {
+        ca_auto_use_uniform(a, a->ordinary.numbers);
+        a->predicted_gain = 1.0;
+        return CA_OK;
+    }
     if (!memory->best.numbers.camera_paths) CA_TRY(choose(a, &limits, &memory->best, &outcome, error));
     ca_auto_use(a, &memory->best);
     return CA_OK;
 }
+
+static bool is_too_long(const ca_auto_rays *a)
+{
+    return a->decision.step == CA_AUTO_TRIAL && a->decision.run.most * a->situation.tried.seconds > LONGEST_TRIAL;
+}
+
+/* All samples are still to be made. */
+static void decide_once(ca_auto_rays *a, step_memory *memory)
+{
+    if (a->goal.samples > 0.0) a->goal.samples = a->samples_wanted + a->progress.camera_paths;
+    a->situation.goal = a->goal;
+    a->decision = ca_auto_decide(&a->situation);
+    if (!is_too_long(a)) return;
+    a->decision.step = CA_AUTO_END;
+    ca_auto_choice_destroy(&memory->best); /* further away than times are known */
+}
+
+static ca_status choose_once(ca_auto_rays *a, step_memory *memory, ca_error *error)
+{
+    a->situation = ca_auto_plan_start(&a->goal, &a->progress, a->ordinary.numbers.light_paths);
+    for (;;) {
+        ca_auto_outcome outcome = {0};
+        decide_once(a, memory);
+        if (a->progress.stopped) return CA_OK;
+        if (ca_auto_has_settled(&a->decision)) return use_best(a, memory, error);
+        CA_TRY(perform(a, &a->decision, memory, &outcome, error));
+        outcome.progress = a->progress;
+        a->situation = ca_auto_note(&a->situation, &a->decision, &outcome);
+    }
+}
+
+/* ---- All that follows the pilot -------------------------------------------------------------------------------- */
 
 static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *error)
 {
@@ -133,8 +182,6 @@ static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *err
     for (;;) {
         ca_auto_outcome outcome = {0};
         decide(a);
-        if (a->chooses_only && a->progress.stopped) return CA_OK;
-        if (a->chooses_only && ca_auto_has_settled(&a->decision)) return use_best(a, memory, error);
         if (a->decision.step == CA_AUTO_END) return CA_OK;
         CA_TRY(perform(a, &a->decision, memory, &outcome, error));
         outcome.progress = a->progress;
@@ -156,12 +203,18 @@ static ca_status repeat_all(ca_auto_rays *a, ca_error *error)
     return CA_OK;
 }
 
+static ca_status perform_rest(ca_auto_rays *a, step_memory *memory, ca_error *error)
+{
+    if (ca_auto_repeats(a)) return repeat_all(a, error);
+    return a->chooses_only ? choose_once(a, memory, error) : perform_all(a, memory, error);
+}
+
 /* Those behind the pilot. */
 static ca_status run_rest(ca_auto_rays *a, ca_error *error)
 {
     step_memory memory = {0};
     if (!a->render.pixels) CA_TRY(ca_joined_film_create(&a->render, &a->frame, error));
-    const ca_status status = ca_auto_repeats(a) ? repeat_all(a, error) : perform_all(a, &memory, error);
+    const ca_status status = perform_rest(a, &memory, error);
     ca_auto_choice_destroy(&memory.best);
     ca_auto_choice_destroy(&memory.tried);
     return status;
@@ -320,6 +373,8 @@ ca_status ca_auto_rays_choose(ca_render_plan *plan, ca_auto_chosen *chosen, ca_e
     *chosen = (ca_auto_chosen){0};
     CA_TRY(plan_memory(plan, error));
     CA_TRY(ca_auto_read_settings(&a, error));
+    a.goal.longest_pilot = LONGEST_PILOT;
+    a.samples_wanted = a.goal.samples;
     ca_status status = create(&a, error);
     if (status == CA_OK) status = run_all(&a, error);
     if (status == CA_OK) status = a.failure;

@@ -89,7 +89,8 @@ typedef struct ca_auto_rays {
     uint32_t look_iterations; /* done when progress.looks.noise was estimated */
     double look_seconds;      /* then */
     double start; /* by the clock; time in which the caller is told does not count */
-    bool chooses_only; /* the numbers are all that is wanted (ca_auto_rays_choose) */
+    bool chooses_only; /* the numbers are all that is wanted (ca_auto_rays_choose), for: */
+    double samples_wanted; /* all still to be made; 0: their number does not end the render */
     bool interrupted;
     bool ended_early;  /* an iteration failed or was stopped: the image is of those before it */
     ca_status failure; /* of it; CA_OK: stopped */

@@ -50,7 +50,12 @@ static bool should_stop(const ca_pass_render *r)
     return ca_noise_looks_over(&r->looks);
 }
 
-static double seconds_of_pass(const ca_pass_render *r) { return (r->seconds - r->before) / r->passes; }
+/* Of those that this process has made, if there are any: what a checkpoint tells contains its choices. */
+static double seconds_of_pass(const ca_pass_render *r)
+{
+    const uint32_t made = r->passes - r->kept.resumed;
+    return made > 0 ? (r->seconds - r->kept.seconds - r->before) / made : r->seconds / r->passes;
+}
 
 static void look(ca_pass_render *r)
 {

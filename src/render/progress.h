@@ -18,8 +18,8 @@ ca_render_progress ca_progress_at_noise(const ca_render_progress *progress);
 double ca_progress_noise_at_end(const ca_render_progress *estimate);
 
 /* Was a render by time or noise ended by the most passes that a render can have, before either was reached? A noise
- * that is not known has another message. Renders by blocks, and those that choose numbers of rays, have no such
- * limit. */
+ * that is not known has another message. Renders by blocks, and those that choose numbers of rays again and
+ * again (auto_rays.h), have no such limit. */
 bool ca_progress_ran_out_of_passes(const ca_render_settings *settings, const ca_render_statistics *statistics);
 
 #endif

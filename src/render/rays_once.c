@@ -10,9 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-/* A pilot takes 6 % of that: no more is needed, however long the render is. */
-#define LONGEST_PLAN 2000.0 /* s */
 #define CHOICE_SEED UINT64_C(0x6c62272e07bb0142)
+#define SHORTEST_SECONDS 1e-3 /* 0 would be no limit */
 
 /* ---- How much there is to render ------------------------------------------------------------------------------- */
 
@@ -31,8 +30,8 @@ static double samples_of_rank(const ca_render_plan *plan)
 /* That the pilot is at most half of. */
 static double least_samples(const ca_render_plan *plan)
 {
-    const uint32_t camera_paths = plan->camera_paths > 1 ? plan->camera_paths : CA_PILOT_LEAST_CAMERA_PATHS;
-    return 2.0 * ca_pilot_least_samples(camera_paths);
+    if (ca_integrator_has(plan->type, CA_ABILITY_ONE_CAMERA_PATH)) return 2.0 * ca_pilot_least_samples(1);
+    return 2.0 * ca_pilot_least_samples(ca_max_u32(plan->camera_paths, CA_PILOT_LEAST_CAMERA_PATHS));
 }
 
 static bool has_samples(const ca_render_plan *plan)
@@ -51,17 +50,23 @@ static ca_status check_samples(const ca_render_plan *plan, ca_error *error)
     const double count = rank_count(plan), least = least_samples(plan);
     return ca_fail(
         error, CA_ERROR_ARGUMENT, NULL,
-        "%.0f samples per pixel are too few for rays \"auto\" by %.0f ranks: the pilot of one has %.0f, so at "
-        "least %.0f are needed",
+        "%.0f samples per pixel are too few for rays \"auto\" by %.0f ranks: a pilot has %.0f and may be at "
+        "most half of a rank's part, so at least %.0f are needed",
         samples_of_rank(plan) * count, count, 0.5 * least, least * count);
 }
 
 /* ---- Choosing -------------------------------------------------------------------------------------------------- */
 
+typedef struct choosing {
+    ca_render_plan *whole;
+    double callers; /* seconds that the caller took, who is no part of the render */
+} choosing;
+
 /* The caller is told of the render that the numbers are for. */
 static bool tell(const ca_render_progress *progress, void *user)
 {
-    ca_render_plan *whole = user;
+    choosing *c = user;
+    ca_render_plan *whole = c->whole;
     const ca_method_statistics *method = &whole->method;
     const ca_render_progress told = {.passes_total = whole->open_ended ? 0 : whole->pass_limit,
                                      .seconds = method->seconds + progress->seconds,
@@ -70,23 +75,23 @@ static bool tell(const ca_render_progress *progress, void *user)
                                      .noise_target = whole->settings->noise_percent,
                                      .method = method->reason[0] ? method->reason : NULL,
                                      .method_warning = whole->method_warning[0] ? whole->method_warning : NULL};
-    double callers_time = 0.0; /* counted by who calls this */
-    whole->ended = !ca_render_tell(whole, &told, &callers_time);
+    whole->ended = !ca_render_tell(whole, &told, &c->callers);
     return !whole->ended;
 }
 
-static ca_render_settings settings_of(ca_render_plan *whole)
+static ca_render_settings settings_of(choosing *c)
 {
+    const ca_render_plan *whole = c->whole;
     ca_render_settings s = *whole->settings;
     s.ranks = NULL;
     s.checkpoint_path = s.part_path = NULL;
     s.resume = s.checkpoint_if_long = false;
     s.seed = ca_pcg_permute(whole->seed ^ CHOICE_SEED);
     s.has_seed = true;
-    s.seconds = fmin(s.seconds, LONGEST_PLAN);
+    if (s.seconds > 0.0) s.seconds = fmax(s.seconds - whole->method.seconds, SHORTEST_SECONDS);
     if (!whole->open_ended) s.samples_per_pixel = (uint32_t)samples_of_rank(whole);
     s.progress = tell;
-    s.progress_user = whole;
+    s.progress_user = c;
     return s;
 }
 
@@ -101,32 +106,44 @@ static ca_status use_integrator(const ca_render_plan *whole, ca_render_plan *pla
     return status;
 }
 
-static ca_status choose(ca_render_plan *whole, ca_rays_once *once, ca_error *error)
+static ca_status choose(choosing *c, ca_auto_chosen *chosen, ca_error *error)
 {
-    const ca_render_settings settings = settings_of(whole);
+    const ca_render_settings settings = settings_of(c);
     ca_render_plan plan;
-    CA_TRY(ca_render_plan_make(&plan, whole->scene, &settings, error));
-    CA_TRY(use_integrator(whole, &plan, error));
-    return ca_auto_rays_choose(&plan, &once->chosen, error);
+    CA_TRY(ca_render_plan_make(&plan, c->whole->scene, &settings, error));
+    CA_TRY(use_integrator(c->whole, &plan, error));
+    return ca_auto_rays_choose(&plan, chosen, error);
+}
+
+static void forget(ca_auto_chosen *chosen)
+{
+    ca_free(chosen->camera_paths);
+    *chosen = (ca_auto_chosen){0};
+}
+
+/* Without numbers there is no render to go on with, but the pass that is made with those of the settings. */
+static ca_status end_choice(ca_render_plan *whole, ca_auto_chosen *chosen, ca_status status, ca_error *error)
+{
+    const bool stopped = ca_stop_asked(whole->settings->stop);
+    if (ca_stop_asked(whole->settings->discard)) return ca_stop_check(whole->settings->discard, error);
+    if (stopped && status == CA_ERROR_INTERRUPTED) status = CA_OK;
+    if (stopped) forget(chosen);
+    if (status == CA_OK && chosen->light_paths == 0) whole->ended = true;
+    return status;
 }
 
 ca_status ca_rays_once_choose(ca_render_plan *whole, ca_rays_once *once, ca_error *error)
 {
     const double start = ca_clock_seconds();
+    choosing c = {.whole = whole};
     *once = (ca_rays_once){0};
     CA_TRY(check_samples(whole, error));
-    ca_status status = choose(whole, once, error);
-    once->seconds = ca_clock_seconds() - start;
-    if (!ca_stop_asked(whole->settings->stop) || ca_stop_asked(whole->settings->discard)) return status;
-    whole->ended = true;
-    return status == CA_ERROR_INTERRUPTED ? CA_OK : status;
+    const ca_status status = choose(&c, &once->chosen, error);
+    once->seconds = ca_clock_seconds() - start - c.callers;
+    return end_choice(whole, &once->chosen, status, error);
 }
 
-void ca_rays_once_destroy(ca_rays_once *once)
-{
-    ca_free(once->chosen.camera_paths);
-    *once = (ca_rays_once){0};
-}
+void ca_rays_once_destroy(ca_rays_once *once) { forget(&once->chosen); }
 
 /* ---- Numbers that are known ------------------------------------------------------------------------------------ */
 

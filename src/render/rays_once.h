@@ -6,9 +6,10 @@
  * chosen by are not in it. To choose anew while the picture is rendered, as one process does, all ranks would have to
  * wait for each choice.
  *
- * Pilot and trials are as long as those of one process with a rank's part of the samples, at least the eight
- * iterations of the shortest one; or with the time, of which a pilot takes 6 %, two minutes at most; or two seconds.
- * Nothing can be kept in them. The other ranks wait. */
+ * The pilot takes, as in one process, an eighth of the samples, of a rank's part here; or 6 % of the time; or two
+ * seconds, where a noise target alone ends the render. It has at least eight iterations, and beyond them two minutes
+ * at most. A trial that would take more than one minute is not made. Nothing can be kept meanwhile, and the other
+ * ranks wait. */
 #ifndef CA_RENDER_RAYS_ONCE_H
 #define CA_RENDER_RAYS_ONCE_H
 

@@ -135,8 +135,8 @@ static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
                              plan->settings->ranks ? NULL : plan->input.stop, error);
 }
 
-/* What ranks tell each other, and when, follows from the integrator and from where numbers of rays come from: before
- * anything else these must be the same, and the scene, too, for which rank 0 may have to choose. */
+/* What ranks tell each other, and when, follows from the integrator and from where numbers of rays come from; and
+ * rank 0 may soon spend minutes choosing. So all settings, and the scene, are compared first. */
 static ca_status agree_on_settings(const ca_render_plan *plan, ca_error *error)
 {
     char *text = NULL;

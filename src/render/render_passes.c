@@ -262,11 +262,24 @@ static ca_status begin_method(ca_pass_render *r, ca_error *error)
     return ca_ranks_agree(r->ranks, ca_pass_settings_share(r->ranks, r->plan, error), error);
 }
 
-/* A checkpoint of another film, or one without numbers, is refused when all settings are compared. */
+/* A part of the one pass of a render that was ended while it chose. */
+static ca_status check_numbers(const ca_pass_reader *reader, ca_error *error)
+{
+    char rays[32];
+    ca_part_settings_find(reader->part.settings, "rays", rays, sizeof rays);
+    if (reader->part.light_paths > 0 || strcmp(rays, "chosen") != 0) return CA_OK;
+    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                   "%s has no numbers of rays, since its render was ended while they were chosen: nothing can go on "
+                   "from it",
+                   reader->path);
+}
+
+/* A checkpoint of another film, or with the numbers of the settings, is refused when all settings are compared. */
 static ca_status choose_numbers(ca_pass_render *r, ca_error *error)
 {
     const ca_pass_reader *reader = &r->kept.reader;
     if (!r->kept.checkpoint.resumes) return ca_rays_once_choose(r->plan, &r->once, error);
+    CA_TRY(check_numbers(reader, error));
     if (memcmp(reader->film.crop, r->plan->crop, sizeof r->plan->crop) != 0) return CA_OK;
     return ca_rays_once_of(&reader->part, (size_t)ca_render_plan_pixels(r->plan), &r->once, error);
 }

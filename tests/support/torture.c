@@ -440,34 +440,36 @@ static void check_output(const faulty_run *f, const char *output, bool ended)
     if (!same_content(folder, f->command, output, name)) fail_run(f, "%s has another content", output);
 }
 
-static const char *left; /* set by note_left: nftw has no pointer for its caller */
+/* For note_left: nftw has no pointer for its caller. */
+static const faulty_run *looked_at;
+static char left[512];
+
+/* A lock that could not be taken is not removed: another process may hold it. */
+static bool may_be_left(const char *name)
+{
+    char message[600];
+    const size_t length = strlen(name), end = strlen(".lock");
+    snprintf(message, sizeof message, "%s: cannot lock", name);
+    return length > end && strcmp(name + length - end, ".lock") == 0 && strstr(looked_at->result.errors, message);
+}
 
 /* Temporaries and locks. */
 static int note_left(const char *path, const struct stat *info, int kind, struct FTW *place)
 {
-    static char name[512];
+    const char *name = path + place->base;
     (void)info, (void)kind;
-    if (!strstr(path + place->base, CA_FILE_TEMPORARY_MARK) && !strstr(path + place->base, ".lock")) return 0;
-    snprintf(name, sizeof name, "%s", path);
-    left = name;
+    if (!strstr(name, CA_FILE_TEMPORARY_MARK) && !strstr(name, ".lock")) return 0;
+    if (!may_be_left(name)) snprintf(left, sizeof left, "%s", path);
     return unlink(path);
-}
-
-/* What could not be locked is not removed: another process may hold it. */
-static bool may_be_left(const faulty_run *f)
-{
-    const char *slash = strrchr(left, '/');
-    char message[600];
-    snprintf(message, sizeof message, "%s: cannot lock", slash ? slash + 1 : left);
-    return strstr(f->result.errors, message) != NULL;
 }
 
 /* What is left is removed, for the next run. */
 static void check_nothing_left(const faulty_run *f, bool ended)
 {
-    left = NULL;
+    left[0] = '\0';
+    looked_at = f;
     if (nftw(f->program->folder, note_left, 16, FTW_PHYS) != 0) fail_msg("the folder cannot be read");
-    if (left && !ended && !may_be_left(f)) fail_run(f, "%s is left", left);
+    if (left[0] && !ended) fail_run(f, "%s is left", left);
 }
 
 bool torture_run(const ca_program *program, const torture_command *command, torture_kind kind, long at, bool stays,
