@@ -117,9 +117,9 @@ static void test_the_end(void **state)
         {"out of time before the samples", {.samples = 1000, .seconds = 50}, 50, 10, UNKNOWN, 0, false, true},
         {"time is left", {.seconds = 50}, 49.9, 10, UNKNOWN, 0, false, false},
         {"out of time", {.seconds = 50}, 50, 10, UNKNOWN, 0, false, true},
-        {"noisy", {0, 0, 0}, 50, 10, 2, 2, false, false},
-        {"at the target", {0, 0, 0}, 50, 10, 1.99, 2, false, true},
-        {"the noise is not known", {0, 0, 0}, 50, 10, UNKNOWN, 2, false, false},
+        {"noisy", {0, 0, 0, 0}, 50, 10, 2, 2, false, false},
+        {"at the target", {0, 0, 0, 0}, 50, 10, 1.99, 2, false, true},
+        {"the noise is not known", {0, 0, 0, 0}, 50, 10, UNKNOWN, 2, false, false},
         {"at the target before the time", {.seconds = 100}, 50, 10, 1, 2, false, true},
         {"stopped", {.seconds = 100}, 1, 10, UNKNOWN, 0, true, true},
     };
@@ -359,11 +359,11 @@ static void test_iterations_left(void **state)
         {"time and noise: time", {.seconds = 100}, 6, 2, 3, 4, 0.5, 30},
         {"samples", {.samples = 1000}, 6, 0, 3, 4, 0.5, 225},
         {"longer than all before it", {.samples = 1000}, 6, 0, 10.1, 4, 0.5, 0},
-        {"a target", {0, 0, 0}, 6, 2, 3, 4, 0.5, 0.5 * (2500 - 10000 / 36.)},
-        {"a target, longer than all before it", {0, 0, 0}, 6, 2, 10.1, 4, 0.5, 0},
-        {"a target that is reached", {0, 0, 0}, 1, 2, 3, 4, 0.5, FOREVER},
-        {"a target, noise not known", {0, 0, 0}, UNKNOWN, 2, 3, 4, 0.5, FOREVER},
-        {"a target, variance not known", {0, 0, 0}, 6, 2, 3, 4, -0.5, FOREVER},
+        {"a target", {0, 0, 0, 0}, 6, 2, 3, 4, 0.5, 0.5 * (2500 - 10000 / 36.)},
+        {"a target, longer than all before it", {0, 0, 0, 0}, 6, 2, 10.1, 4, 0.5, 0},
+        {"a target that is reached", {0, 0, 0, 0}, 1, 2, 3, 4, 0.5, FOREVER},
+        {"a target, noise not known", {0, 0, 0, 0}, UNKNOWN, 2, 3, 4, 0.5, FOREVER},
+        {"a target, variance not known", {0, 0, 0, 0}, 6, 2, 3, 4, -0.5, FOREVER},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const ca_auto_progress progress = progress_of(10.0, 100.0, cases[i].noise, cases[i].target);
@@ -505,7 +505,7 @@ static void test_whole_renders(void **state)
     } cases[] = {
         /* Best within reach 16,000, trial 9,000; then 50,000 within reach, its trial of 9,000 leads nowhere. */
         {{.seconds = 20}, 0, "ctTctcpPcpPcpPe"}, {{.samples = 2000}, 0, "ctTctcpPcpPcpPe"},
-        {{0, 0, 0}, 2.0, "ctTctcvpPcpPcpPe"},       {{0, 0, 0}, 5.0, "ctTctcve"},
+        {{0, 0, 0, 0}, 2.0, "ctTctcvpPcpPcpPe"}, {{0, 0, 0, 0}, 5.0, "ctTctcve"},
         {{.seconds = 2.02}, 0, "ctTe"},          {{.seconds = 20}, 5.0, "ctTctcpPe"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
