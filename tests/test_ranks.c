@@ -362,13 +362,6 @@ static void test_auto_as_a_picture(void **state)
 
 /* ---- What does not fit ----------------------------------------------------------------------------------------- */
 
-static void expect_refused(rank_job *j, ca_status status, const char *words)
-{
-    rank_job_run(j, 3, 0);
-    if (!strstr(j->error.message, words)) fail_msg("\"%s\" is not said in: %s", words, j->error.message);
-    assert_true(j->status == status && j->others == status && !j->image);
-}
-
 static void test_refusals(void **state)
 {
     (void)state;
@@ -379,19 +372,19 @@ static void test_refusals(void **state)
     ca_scene *other = scene_from_text(grey);
     for (int i = 0; i < 2; i++) {
         rank_job j = {.settings = settings_of(integrators[i], 2, 1), .last_scene = other};
-        expect_refused(&j, CA_ERROR_ARGUMENT, "): this is another scene than that of rank 0");
+        rank_job_refused(&j, 3, CA_ERROR_ARGUMENT, "): this is another scene than that of rank 0");
         assert_true(strncmp(j.error.message, "rank 2 (", 8) == 0);
         j = (rank_job){.settings = settings_of(integrators[i], 2, 1)};
         j.settings.checkpoint_path = "/nowhere/c.part";
-        expect_refused(&j, CA_ERROR_FILE, "/nowhere/c.part");
+        rank_job_refused(&j, 3, CA_ERROR_FILE, "/nowhere/c.part");
     }
     ca_scene_release(other);
     rank_job j = {.settings = settings_of("bdpm", 0, 1)};
     j.settings.rays = file("r.part");
-    expect_refused(&j, CA_ERROR_ARGUMENT, "one rank makes them");
+    rank_job_refused(&j, 3, CA_ERROR_ARGUMENT, "one rank makes them");
     j = (rank_job){.settings = settings_of("bdpt", 2, 1)};
     j.settings.strategies_directory = file("s");
-    expect_refused(&j, CA_ERROR_ARGUMENT, "images of the strategies are made by one rank");
+    rank_job_refused(&j, 3, CA_ERROR_ARGUMENT, "images of the strategies are made by one rank");
 }
 
 /* What ranks tell each other depends on the integrator. */
@@ -407,7 +400,7 @@ static void test_other_integrator(void **state)
             j.settings.radius = 0.0; /* which path has not */
             snprintf(words, sizeof words, "this rank has \"integrator %s\", but rank 0 has \"integrator %s\"",
                      names[k], names[i]);
-            expect_refused(&j, CA_ERROR_ARGUMENT, words);
+            rank_job_refused(&j, 3, CA_ERROR_ARGUMENT, words);
         }
 }
 

@@ -26,9 +26,7 @@ static rank_job job_of(const char *integrator, uint32_t samples)
 /* Renders by ranks; the image is kept as r.exr. */
 static uint64_t choose(rank_job *j, uint32_t ranks)
 {
-    rank_job_run(j, ranks, 0);
-    if (j->status != CA_OK) fail_msg("%s", j->error.message);
-    assert_int_equal(j->others, CA_OK);
+    rank_job_succeed(j, ranks, 0);
     assert_int_equal(ca_image_save(j->image, file("r.exr"), 0.0f, NULL), CA_OK);
     const uint64_t hash = image_hash(j->image);
     ca_image_release(j->image);
@@ -169,13 +167,6 @@ static void test_stopped_while_choosing(void **state)
     assert_true(access(j.settings.checkpoint_path, F_OK) != 0);
 }
 
-static void expect_refused(rank_job *j, ca_status status, const char *words)
-{
-    rank_job_run(j, 2, 0);
-    if (!strstr(j->error.message, words)) fail_msg("%s", j->error.message);
-    assert_true(j->status == status && j->others == status && !j->image);
-}
-
 /* A part of that one pass has no numbers to go on with. */
 static void test_part_without_numbers(void **state)
 {
@@ -188,23 +179,23 @@ static void test_part_without_numbers(void **state)
     j = job_of("bdpm", 2000);
     j.settings.checkpoint_path = file("one.part");
     j.settings.resume = true;
-    expect_refused(&j, CA_ERROR_ARGUMENT, "has no numbers of rays, since its render was ended");
+    rank_job_refused(&j, 2, CA_ERROR_ARGUMENT, "has no numbers of rays, since its render was ended");
 }
 
 static void test_refusals(void **state)
 {
     (void)state;
     rank_job j = job_of("bdpm", 50);
-    expect_refused(&j, CA_ERROR_ARGUMENT, "50 samples per pixel are too few for rays \"auto\" by 2 ranks");
+    rank_job_refused(&j, 2, CA_ERROR_ARGUMENT, "50 samples per pixel are too few for rays \"auto\" by 2 ranks");
     j = job_of("bdpm", 0);
     j.settings.has_passes = true;
     j.settings.passes[1] = 10;
-    expect_refused(&j, CA_ERROR_ARGUMENT, "each part would have numbers of rays of its own");
+    rank_job_refused(&j, 2, CA_ERROR_ARGUMENT, "each part would have numbers of rays of its own");
     j = job_of("bdpm", 100);
     j.last_without_rays = true;
-    expect_refused(&j, CA_ERROR_ARGUMENT, "this rank has \"rays none\", but rank 0 has \"rays chosen\"");
+    rank_job_refused(&j, 2, CA_ERROR_ARGUMENT, "this rank has \"rays none\", but rank 0 has \"rays chosen\"");
     j = job_of("path", 10);
-    expect_refused(&j, CA_ERROR_ARGUMENT, "numbers of rays are chosen by a law of noise");
+    rank_job_refused(&j, 2, CA_ERROR_ARGUMENT, "numbers of rays are chosen by a law of noise");
 }
 
 /* Checkpoints of other kinds of render, and this kind's without "auto". */
@@ -221,9 +212,9 @@ static void test_other_checkpoints(void **state)
     rank_job j = job_of("bdpm", 100);
     j.settings.resume = true;
     j.settings.checkpoint_path = joined.checkpoint_path;
-    expect_refused(&j, CA_ERROR_FORMAT, "only such a render by one process goes on from it");
+    rank_job_refused(&j, 2, CA_ERROR_FORMAT, "only such a render by one process goes on from it");
     j.settings.checkpoint_path = plain.checkpoint_path;
-    expect_refused(&j, CA_ERROR_ARGUMENT, "was made with \"rays none\", but this render has \"rays chosen\"");
+    rank_job_refused(&j, 2, CA_ERROR_ARGUMENT, "was made with \"rays none\", but this render has \"rays chosen\"");
     j.settings.checkpoint_path = file("once.part");
     (void)choose(&j, 2);
     plain = j.settings;

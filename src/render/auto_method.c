@@ -274,14 +274,8 @@ static ca_status add_neighbours(chooser *c, uint32_t *added, ca_error *error)
 
 static void tell(chooser *c)
 {
-    const ca_render_settings *settings = c->plan->settings;
-    const ca_render_progress progress = {.passes_total = c->plan->open_ended ? 0 : c->plan->pass_limit,
-                                         .seconds = seconds_so_far(c),
-                                         .seconds_total = settings->seconds,
-                                         .noise_percent = -1.0,
-                                         .noise_target = settings->noise_percent};
     const double start = c->start;
-    if (!ca_render_tell(c->plan, &progress, &c->start)) c->ended = true;
+    if (!ca_render_tell_choosing(c->plan, seconds_so_far(c), &c->start)) c->ended = true;
     c->trials_start += c->start - start; /* the caller's time is nobody's */
 }
 

@@ -109,18 +109,34 @@ static ca_status perform(ca_auto_rays *a, const ca_auto_decision *decision, step
     return CA_OK;
 }
 
-/* The step at work goes on as it was decided; what follows knows the goal as it is now. */
-static void decide(ca_auto_rays *a)
+static bool is_too_long(const ca_auto_rays *a)
 {
-    if (a->kept.resumed) {
+    return a->decision.step == CA_AUTO_TRIAL && a->decision.run.most * a->situation.tried.seconds > LONGEST_TRIAL;
+}
+
+/* Where the numbers are all that is wanted: all samples are still to be made. */
+static void decide_once(ca_auto_rays *a, step_memory *memory)
+{
+    if (a->goal.samples > 0.0) a->goal.samples = a->samples_wanted + a->progress.camera_paths;
+    a->situation.goal = a->goal;
+    a->decision = ca_auto_decide(&a->situation);
+    if (!is_too_long(a)) return;
+    a->decision.step = CA_AUTO_END;
+    ca_auto_choice_destroy(&memory->best); /* further away than times are known */
+}
+
+/* The step at work goes on as it was decided; what follows knows the goal as it is now. */
+static void decide(ca_auto_rays *a, step_memory *memory)
+{
+    if (a->chooses_only) {
+        decide_once(a, memory);
+    } else if (a->kept.resumed) {
         a->situation.goal = a->goal;
         a->decision = ca_auto_decision_to(&a->decision, &a->goal);
     } else {
         a->decision = ca_auto_decide(&a->situation);
     }
 }
-
-/* ---- Choosing alone -------------------------------------------------------------------------------------------- */
 
 static bool has_time(const ca_auto_rays *a)
 {
@@ -133,6 +149,7 @@ static ca_status use_best(ca_auto_rays *a, step_memory *memory, ca_error *error)
 {
     ca_auto_outcome outcome;
     const ca_auto_limits limits = ca_auto_last_limits(&a->situation);
+    if (a->progress.stopped) return CA_OK;
     if (!has_time(a)) {
         ca_auto_use_uniform(a, a->ordinary.numbers);
         a->predicted_gain = 1.0;
@@ -143,37 +160,11 @@ static ca_status use_best(ca_auto_rays *a, step_memory *memory, ca_error *error)
     return CA_OK;
 }
 
-static bool is_too_long(const ca_auto_rays *a)
+/* Where the numbers are all that is wanted: nothing is left to be decided before the render's own iterations. */
+static bool is_chosen(const ca_auto_rays *a)
 {
-    return a->decision.step == CA_AUTO_TRIAL && a->decision.run.most * a->situation.tried.seconds > LONGEST_TRIAL;
+    return a->chooses_only && (a->progress.stopped || ca_auto_has_settled(&a->decision));
 }
-
-/* All samples are still to be made. */
-static void decide_once(ca_auto_rays *a, step_memory *memory)
-{
-    if (a->goal.samples > 0.0) a->goal.samples = a->samples_wanted + a->progress.camera_paths;
-    a->situation.goal = a->goal;
-    a->decision = ca_auto_decide(&a->situation);
-    if (!is_too_long(a)) return;
-    a->decision.step = CA_AUTO_END;
-    ca_auto_choice_destroy(&memory->best); /* further away than times are known */
-}
-
-static ca_status choose_once(ca_auto_rays *a, step_memory *memory, ca_error *error)
-{
-    a->situation = ca_auto_plan_start(&a->goal, &a->progress, a->ordinary.numbers.light_paths);
-    for (;;) {
-        ca_auto_outcome outcome = {0};
-        decide_once(a, memory);
-        if (a->progress.stopped) return CA_OK;
-        if (ca_auto_has_settled(&a->decision)) return use_best(a, memory, error);
-        CA_TRY(perform(a, &a->decision, memory, &outcome, error));
-        outcome.progress = a->progress;
-        a->situation = ca_auto_note(&a->situation, &a->decision, &outcome);
-    }
-}
-
-/* ---- All that follows the pilot -------------------------------------------------------------------------------- */
 
 static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *error)
 {
@@ -181,7 +172,8 @@ static ca_status perform_all(ca_auto_rays *a, step_memory *memory, ca_error *err
         a->situation = ca_auto_plan_start(&a->goal, &a->progress, a->ordinary.numbers.light_paths);
     for (;;) {
         ca_auto_outcome outcome = {0};
-        decide(a);
+        decide(a, memory);
+        if (is_chosen(a)) return use_best(a, memory, error);
         if (a->decision.step == CA_AUTO_END) return CA_OK;
         CA_TRY(perform(a, &a->decision, memory, &outcome, error));
         outcome.progress = a->progress;
@@ -203,18 +195,12 @@ static ca_status repeat_all(ca_auto_rays *a, ca_error *error)
     return CA_OK;
 }
 
-static ca_status perform_rest(ca_auto_rays *a, step_memory *memory, ca_error *error)
-{
-    if (ca_auto_repeats(a)) return repeat_all(a, error);
-    return a->chooses_only ? choose_once(a, memory, error) : perform_all(a, memory, error);
-}
-
 /* Those behind the pilot. */
 static ca_status run_rest(ca_auto_rays *a, ca_error *error)
 {
     step_memory memory = {0};
     if (!a->render.pixels) CA_TRY(ca_joined_film_create(&a->render, &a->frame, error));
-    const ca_status status = perform_rest(a, &memory, error);
+    const ca_status status = ca_auto_repeats(a) ? repeat_all(a, error) : perform_all(a, &memory, error);
     ca_auto_choice_destroy(&memory.best);
     ca_auto_choice_destroy(&memory.tried);
     return status;

@@ -39,9 +39,13 @@ static bool has_samples(const ca_render_plan *plan)
     return plan->open_ended || samples_of_rank(plan) >= least_samples(plan);
 }
 
-bool ca_rays_once_has_room(const ca_render_plan *plan)
+ca_status ca_rays_after_method(ca_render_plan *plan, ca_error *error)
 {
-    return ca_integrator_has(plan->type, CA_RAYS_ABILITIES) && has_samples(plan);
+    if (!ca_render_plan_chooses_rays(plan)) return CA_OK;
+    if (!plan->ended && ca_integrator_has(plan->type, CA_RAYS_ABILITIES) && has_samples(plan))
+        return ca_render_plan_keep_radius(plan, error);
+    plan->rays = CA_RAYS_OF_SETTINGS;
+    return ca_render_plan_memory(plan, error);
 }
 
 static ca_status check_samples(const ca_render_plan *plan, ca_error *error)
@@ -67,15 +71,7 @@ static bool tell(const ca_render_progress *progress, void *user)
 {
     choosing *c = user;
     ca_render_plan *whole = c->whole;
-    const ca_method_statistics *method = &whole->method;
-    const ca_render_progress told = {.passes_total = whole->open_ended ? 0 : whole->pass_limit,
-                                     .seconds = method->seconds + progress->seconds,
-                                     .seconds_total = whole->settings->seconds,
-                                     .noise_percent = -1.0,
-                                     .noise_target = whole->settings->noise_percent,
-                                     .method = method->reason[0] ? method->reason : NULL,
-                                     .method_warning = whole->method_warning[0] ? whole->method_warning : NULL};
-    whole->ended = !ca_render_tell(whole, &told, &c->callers);
+    whole->ended = !ca_render_tell_choosing(whole, whole->method.seconds + progress->seconds, &c->callers);
     return !whole->ended;
 }
 

@@ -21,8 +21,10 @@ typedef struct ca_rays_once {
     double seconds;        /* that this took */
 } ca_rays_once;
 
-/* Has the method numbers to choose, and the render samples enough to choose them by? */
-bool ca_rays_once_has_room(const ca_render_plan *plan);
+/* Rays "auto", once or not, with a method that was just chosen: one without numbers to choose renders as it is; so
+ * does one whose choice the caller has ended, and a render that is too short for another pilot. Else the radius
+ * stays. */
+ca_status ca_rays_after_method(ca_render_plan *plan, ca_error *error);
 
 /* Chooses, on rank 0. Where the render is ended meanwhile plan->ended is set, and nothing is chosen. Errors: those of
  * ca_render_plan_run. */

@@ -36,6 +36,19 @@ bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progre
     return goes_on;
 }
 
+bool ca_render_tell_choosing(const ca_render_plan *plan, double seconds, double *start)
+{
+    const ca_method_statistics *method = &plan->method;
+    const ca_render_progress progress = {.passes_total = plan->open_ended ? 0 : plan->pass_limit,
+                                         .seconds = seconds,
+                                         .seconds_total = plan->settings->seconds,
+                                         .noise_percent = -1.0,
+                                         .noise_target = plan->settings->noise_percent,
+                                         .method = method->reason[0] ? method->reason : NULL,
+                                         .method_warning = plan->method_warning[0] ? plan->method_warning : NULL};
+    return ca_render_tell(plan, &progress, start);
+}
+
 ca_status ca_render_check_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_error *error)
 {
     if (image) *image = NULL;
@@ -76,8 +89,7 @@ ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_st
 
 /* ---- Which kind of render -------------------------------------------------------------------------------------- */
 
-/* A method without such numbers renders as it is; so does one whose choice the caller has ended, and a render that is
- * too short for another pilot. What a checkpoint or a record tells is not decided again. */
+/* What a checkpoint or a record tells is not decided again. */
 static ca_status choose_for_rays(ca_render_plan *plan, ca_error *error)
 {
     bool used = false;
@@ -85,9 +97,7 @@ static ca_status choose_for_rays(ca_render_plan *plan, ca_error *error)
     CA_TRY(ca_kept_method_recall(plan, &used, error));
     if (used) return CA_OK;
     CA_TRY(ca_auto_method_choose(plan, error));
-    if (!plan->ended && ca_rays_once_has_room(plan)) return CA_OK;
-    plan->rays = CA_RAYS_OF_SETTINGS;
-    return ca_render_plan_memory(plan, error);
+    return ca_rays_after_method(plan, error);
 }
 
 static ca_status choose_and_render(ca_render_plan *plan, ca_image_layers **image, ca_render_statistics *statistics,
@@ -136,16 +146,13 @@ static ca_status keep_memory_back(ca_render_plan *plan, ca_error *error)
 }
 
 /* What ranks tell each other, and when, follows from the integrator and from where numbers of rays come from; and
- * rank 0 may soon spend minutes choosing. So all settings, and the scene, are compared first. */
-static ca_status agree_on_settings(const ca_render_plan *plan, ca_error *error)
+ * rank 0 may soon spend minutes choosing. So all settings, and the scene, are compared first. `status`: how this rank
+ * fared so far. */
+static ca_status begin_ranks(const ca_ranks *ranks, const char *settings, ca_status status, ca_error *error)
 {
-    char *text = NULL;
-    if (!plan->settings->ranks) return CA_OK;
-    const ca_status made = ca_pass_settings_make(plan, 0, &text, error);
-    ca_status status = ca_ranks_agree(plan->settings->ranks, made, error);
-    if (status == CA_OK) status = ca_part_settings_agree(plan->settings->ranks, text, error);
-    ca_free(text);
-    return status;
+    if (!ranks) return status;
+    CA_TRY(ca_ranks_agree(ranks, status, error));
+    return ca_part_settings_agree(ranks, settings, error);
 }
 
 /* What camera rays meet, of whatever image there is. Who does not wait for that gets the image without; who wants
@@ -172,9 +179,14 @@ ca_status ca_render_plan_run(ca_render_plan *plan, ca_image_layers **image, ca_r
     if (!statistics) statistics = &own_statistics;
     *image = NULL;
     ca_status status = keep_memory_back(plan, error);
-    if (status == CA_OK && ca_render_plan_chooses(plan)) status = ca_pass_settings_make(plan, 0, &plan->asked, error);
-    status = ca_ranks_agree(plan->settings->ranks, status, error);
-    if (status == CA_OK) status = agree_on_settings(plan, error);
+    const bool chooses = ca_render_plan_chooses(plan);
+    char *text = NULL;
+    if (status == CA_OK && (chooses || plan->settings->ranks)) status = ca_pass_settings_make(plan, 0, &text, error);
+    status = begin_ranks(plan->settings->ranks, text, status, error);
+    if (chooses)
+        plan->asked = text;
+    else
+        ca_free(text);
     if (status == CA_OK) status = run_plan(plan, image, statistics, error);
     statistics->ranks = plan->settings->ranks ? plan->settings->ranks->count : 1;
     status = add_layers(plan, image, status, statistics, error);

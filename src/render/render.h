@@ -146,6 +146,9 @@ ca_status ca_render_attach_record(const ca_render_plan *plan, const ca_render_st
  * *start, when the render began, is moved on by it. */
 bool ca_render_tell(const ca_render_plan *plan, const ca_render_progress *progress, double *start);
 
+/* Likewise while something is chosen, and there is nothing to show. `seconds` of the render so far. */
+bool ca_render_tell_choosing(const ca_render_plan *plan, double seconds, double *start);
+
 /* What snapshots have in common: CA_ERROR_ARGUMENT where there is nothing to make a picture of, or no place for it.
  * */
 ca_status ca_render_check_snapshot(const ca_render_progress *progress, ca_image_layers **image, ca_error *error);

@@ -18,8 +18,8 @@
 
 static ca_rays_statistics rays_statistics(const ca_pass_render *r)
 {
-    const ca_rays_statistics rays = ca_ray_file_statistics(&r->rays);
-    return r->once.chosen.told.light_paths > 0 ? r->once.chosen.told : rays; /* of a file, or of a render before */
+    const ca_rays_statistics *chosen = &r->once.chosen.told; /* nothing where they are of a file or a checkpoint */
+    return chosen->light_paths > 0 ? *chosen : ca_ray_file_statistics(&r->rays);
 }
 
 static void fill_statistics(const ca_pass_render *r, ca_render_statistics *statistics)
@@ -245,10 +245,7 @@ static ca_status choose_method(ca_pass_render *r, ca_error *error)
     CA_TRY(ca_kept_use_method(&r->kept, r->plan, &used, error));
     if (used) return CA_OK;
     CA_TRY(ca_auto_method_choose(r->plan, error));
-    if (r->plan->rays != CA_RAYS_AUTO_ONCE) return CA_OK;
-    if (!r->plan->ended && ca_rays_once_has_room(r->plan)) return ca_render_plan_keep_radius(r->plan, error);
-    r->plan->rays = CA_RAYS_OF_SETTINGS;
-    return CA_OK;
+    return ca_rays_after_method(r->plan, error);
 }
 
 /* Rank 0 opens what is gone on from, and chooses the method. */

@@ -7,6 +7,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -41,11 +42,23 @@ void rank_job_run(rank_job *j, uint32_t ranks, uint32_t lateness)
     ca_run_ranks(ranks, lateness, render_as, j);
 }
 
-uint64_t rank_job_hash(rank_job *j, uint32_t ranks, uint32_t lateness)
+void rank_job_succeed(rank_job *j, uint32_t ranks, uint32_t lateness)
 {
     rank_job_run(j, ranks, lateness);
     if (j->status != CA_OK) fail_msg("%s", j->error.message);
     assert_int_equal(j->others, CA_OK);
+}
+
+void rank_job_refused(rank_job *j, uint32_t ranks, ca_status status, const char *words)
+{
+    rank_job_run(j, ranks, 0);
+    if (!strstr(j->error.message, words)) fail_msg("\"%s\" is not said in: %s", words, j->error.message);
+    assert_true(j->status == status && j->others == status && !j->image);
+}
+
+uint64_t rank_job_hash(rank_job *j, uint32_t ranks, uint32_t lateness)
+{
+    rank_job_succeed(j, ranks, lateness);
     const uint64_t hash = image_hash(j->image);
     ca_image_release(j->image);
     return hash;
