@@ -163,6 +163,33 @@ static void test_reference_among_the_pictures(void **state)
     assert_false(exists(folder_of(state), "over/index.html"));
 }
 
+/* What `auto` took is told wherever its renders are, and again when they are there already. */
+static void test_tells_what_auto_took(void **state)
+{
+    ca_program_result r;
+    RUN(&r, CONVERGE, "-i", "auto;path", "--spp=2,4");
+    assert_exit(&r, 0);
+    json_t *root = load_json(folder_of(state), "out/converge.json");
+    char words[160], name[16] = "";
+    const char *method = text_of(render_of(root, 0), "method");
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(method, ":"), method);
+    assert_string_not_equal(name, "auto");
+    assert_int_equal(strncmp(text_of(render_of(root, 1), "method"), "path:", 5), 0);
+    snprintf(words, sizeof words, ", by %s\n", name);
+    assert_says(r.output, words);
+    assert_int_equal(count_words(r.output, ", by "), 2); /* not of path */
+    char *csv = read_text(state, "out/renders.csv");
+    snprintf(words, sizeof words, "auto-2spp-1.exr,\"%s:", name);
+    assert_says(csv, words);
+    free(csv);
+    snprintf(words, sizeof words, "<p><b>auto</b> took %s in ", name);
+    assert_file_says(state, "out/index.html", words);
+    RUN(&r, CONVERGE, "-i", "auto;path", "--spp=2,4");
+    snprintf(words, sizeof words, ", by %s (kept)\n", name);
+    assert_says(r.output, words);
+    json_decref(root);
+}
+
 /* The numbers are those of other commands for the same image; random numbers are those of the render. */
 static void test_numbers(void **state)
 {
@@ -443,6 +470,7 @@ int main(void)
         REFERENCE_TEST(test_writes_results),
         REFERENCE_TEST(test_writes_the_others),
         REFERENCE_TEST(test_reference_among_the_pictures),
+        REFERENCE_TEST(test_tells_what_auto_took),
         REFERENCE_TEST(test_numbers),
         REFERENCE_TEST(test_slopes),
         REFERENCE_TEST(test_resumes),

@@ -565,6 +565,39 @@ static void test_an_instance_equals_a_transformed_copy(void **state)
     ca_mesh_destroy(&copy);
 }
 
+/* Cross products of sides have any length; floats hold the squares of some. */
+static void test_normals_of_large_and_small_triangles(void **state)
+{
+    (void)state;
+    const ca_vec3 unit = ca_normalize(ca_vec3_make(1, -2, 3)), none = ca_normalize_any((ca_vec3){0});
+    assert_true(none.x == 0.0f && none.y == 0.0f && none.z == 0.0f);
+    ca_mesh mesh;
+    ball(&mesh, 12, 24, ca_vec3_make(0, 0, 0), 1.0f);
+    const ca_matrix map = ca_matrix_scale(1e-3, 1e-3, 1e-3);
+    ca_accel_instance instance = {.first_shape = 0, .shape_count = 1};
+    assert_true(ca_affine_from_matrix(&map, &instance.map));
+    const ca_shape shape = mesh_shape(&mesh);
+    ca_accel *plain = build(&shape, 1, NULL, 0, 1), *instanced = build(&shape, 1, &instance, 1, 0);
+    for (int exponent = -40; exponent <= 37; exponent++) {
+        const ca_vec3 long_one = ca_mul(unit, powf(10.0f, (float)exponent));
+        assert_true(ca_length(ca_sub(ca_normalize_any(long_one), unit)) < (exponent < -35 ? 1e-2f : 1e-6f));
+        const ca_vec3 from = {0}, to = {0, 0, 1};
+        ca_hit hit;
+        ca_surface surface;
+        assert_true(ca_accel_intersect(plain, from, to, 0.0f, INFINITY, &hit));
+        hit.ng = long_one;
+        ca_accel_surface(plain, from, to, &hit, &surface);
+        assert_true(ca_dot(surface.ng, unit) > 0.9999f && ca_dot(surface.ns, unit) > 0.9999f);
+        assert_true(ca_accel_intersect(instanced, from, to, 0.0f, INFINITY, &hit));
+        hit.ng = long_one;
+        ca_accel_surface(instanced, from, to, &hit, &surface);
+        assert_true(ca_dot(surface.ng, unit) > 0.9999f && ca_dot(surface.ns, unit) > 0.9999f);
+    }
+    ca_accel_destroy(plain);
+    ca_accel_destroy(instanced);
+    ca_mesh_destroy(&mesh);
+}
+
 static void test_instances_share_memory(void **state)
 {
     (void)state;
@@ -622,7 +655,8 @@ int main(void)
         cmocka_unit_test(test_disks_and_cylinders),
         cmocka_unit_test(test_cylinders_against_their_equation),
         cmocka_unit_test(test_an_instance_equals_a_transformed_copy),
-        cmocka_unit_test(test_instances_share_memory),
+        cmocka_unit_test(test_normals_of_large_and_small_triangles),
+                                       cmocka_unit_test(test_instances_share_memory),
         cmocka_unit_test(test_eight_rays_meet_a_quadric_as_one_does),
         cmocka_unit_test(test_of_eight_rays_one_may_graze_a_sphere),
 #ifdef NDEBUG

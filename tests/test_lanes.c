@@ -136,6 +136,8 @@ static void test_vectors(void **state)
         ca_v8 a8, b8;
         ca_vec3 a[CA_LANES], b[CA_LANES];
         fill(&a8, a, some_vector), fill(&b8, b, some_vector);
+        const float of_any_size = powf(10.0f, 60.0f * uniform() - 30.0f);
+        const ca_v8 sized = ca_mul_v8(a8, ca_f8_all(of_any_size)), direction = ca_normalize_any_v8(sized);
         const ca_f8 s = a8.x;
         const ca_v8 sum = ca_add_v8(a8, b8), difference = ca_sub_v8(a8, b8), product = ca_mul_v8(b8, s),
                     more = ca_madd_v8(a8, s, b8), cross = ca_cross_v8(a8, b8), unit = ca_normalize_v8(a8),
@@ -149,6 +151,7 @@ static void test_vectors(void **state)
             check_lane(&more, k, ca_madd(a[k], a[k].x, b[k]), "madd");
             check_lane(&cross, k, ca_cross(a[k], b[k]), "cross");
             check_lane(&unit, k, ca_normalize(a[k]), "normalize");
+            check_lane(&direction, k, ca_normalize_any(ca_mul(a[k], of_any_size)), "normalize_any");
             check_lane(&size, k, ca_abs3(a[k]), "abs of a vector");
             check_lane(&high, k, ca_max_vec3(a[k], b[k]), "max of vectors");
             check_lane(&back, k, ca_neg(a[k]), "neg");

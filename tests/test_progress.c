@@ -43,6 +43,22 @@ static const struct progress_case {
      {.passes_done = 1, .seconds = 2.0, .noise_percent = -1.0, .noise_target = 2.0},
      -1.0,
      -1.0},
+    {"passes, of which none was made while something was chosen",
+     {.passes_done = 1, .passes_total = 256, .seconds = 1.9, .seconds_choosing = 1.6, .noise_percent = -1.0},
+     1.0 / 256.0,
+     76.5},
+    {"time, of which a choice has had some",
+     {.passes_done = 1, .seconds = 6.0, .seconds_total = 60.0, .seconds_choosing = 3.6, .noise_percent = -1.0},
+     0.1,
+     54.0},
+    {"a noise target, after a choice",
+     {.passes_done = 9, .seconds = 5.0, .seconds_choosing = 3.0, .noise_percent = 8.0, .noise_target = 2.0},
+     1.0 / 16.0,
+     30.0},
+    {"the time is over before the first pass",
+     {.passes_done = 1, .seconds = 4.0, .seconds_total = 2.0, .seconds_choosing = 3.0, .noise_percent = -1.0},
+     1.0,
+     0.0},
     {"the target is reached",
      {.passes_done = 9, .seconds = 2.0, .noise_percent = 1.0, .noise_target = 2.0},
      1.0,
@@ -74,7 +90,11 @@ static void test_noise_at_the_end(void **state)
     now.seconds_total = 40.0;
     then = ca_progress_at_noise(&now);
     assert_true(fabs(ca_progress_noise_at_end(&then) - 2.0) < 1e-12);
-    now.seconds_total = 0.0;
+    now.seconds_choosing = 1.0; /* 1.5 of 24 s made passes */
+    now.seconds_total = 25.0;
+    then = ca_progress_at_noise(&now);
+    assert_true(fabs(ca_progress_noise_at_end(&then) - 2.0) < 1e-12);
+    now.seconds_choosing = now.seconds_total = 0.0;
     now.noise_target = 3.0;
     then = ca_progress_at_noise(&now);
     assert_true(fabs(ca_progress_noise_at_end(&then) - 3.0) < 1e-12);

@@ -54,6 +54,7 @@ typedef struct ca_converge_integrator {
     const char *text; /* "ovcm:max_depth=8" */
     const char *name; /* of its files: "ovcm-1f0a93c2", "path" */
     bool is_looked_at; /* what its pictures lack has been said */
+    bool is_warned_of; /* that the light of what `auto` chose will be dots has been said */
 } ca_converge_integrator;
 
 typedef struct ca_converge_render {
@@ -63,6 +64,7 @@ typedef struct ca_converge_render {
     const char *path;
     const char *key;  /* all that the image depends on, lines "name value" */
     bool kept;        /* not rendered by this run */
+    const char *method; /* that made it, "vavcm:max_depth=8,...": what `auto` chose, or the integrator */
     double seconds, samples_per_pixel, iterations;
     double
         deviation; /* standard deviation of one iteration's pixel luminance, averaged over pixels; NAN: not known */
@@ -107,6 +109,9 @@ void ca_converge_step_text(const ca_converge *c, size_t step, char *text, size_t
 const char *ca_converge_path(ca_converge *c, const char *format, ...) CA_PRINTF(2, 3);
 /* Likewise: the picture NAMEsuffix, or one of its close-ups, which are counted from 1; 0: the whole. */
 const char *ca_converge_picture_path(ca_converge *c, const char *name, const char *suffix, size_t closeup);
+
+/* Has `auto` chosen the method that made it? */
+bool ca_converge_chosen(const ca_converge *c, const ca_converge_render *render);
 
 /* The settings that this render has. */
 ca_render_settings ca_converge_settings(const ca_converge *c, const ca_converge_render *render);

@@ -55,6 +55,33 @@ static void put_name(const ca_converge *c, FILE *stream, size_t integrator)
     fputs("</td>", stream);
 }
 
+/* Of one method, all of whose renders are told of with the first one. */
+static void put_choice(const ca_converge *c, FILE *stream, size_t first, size_t count)
+{
+    const char *method = c->renders[first].method;
+    const size_t integrator = c->renders[first].integrator, length = strcspn(method, ":");
+    size_t made = 0;
+    for (size_t i = 0; i < count; i++) {
+        const ca_converge_render *r = &c->renders[i];
+        if (r->integrator != integrator || strcspn(r->method, ":") != length) continue;
+        if (strncmp(r->method, method, length) != 0) continue;
+        if (i < first) return;
+        made++;
+    }
+    fputs("<p><b>", stream);
+    ca_page_put_html(stream, c->integrators[integrator].text);
+    fprintf(stream, "</b> took %.*s in %zu %s.</p>\n", (int)length, method, made,
+            ca_noun((double)made, "render", "renders"));
+}
+
+/* Which methods `auto` took. */
+static void put_choices(const ca_converge *c, FILE *stream)
+{
+    const size_t count = c->steps_done * c->integrator_count * c->repeats;
+    for (size_t i = 0; i < count; i++)
+        if (ca_converge_chosen(c, &c->renders[i])) put_choice(c, stream, i, count);
+}
+
 static void put_cell(FILE *stream, double value)
 {
     if (isfinite(value))
@@ -115,6 +142,7 @@ static void put_ends(const ca_converge *c, FILE *stream)
           "times the root of "
           "an iteration's seconds it is what one second leaves of the noise.</p>\n",
           stream);
+    put_choices(c, stream);
 }
 
 /* ---- Pictures -------------------------------------------------------------------------------------------------- */

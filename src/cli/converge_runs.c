@@ -32,6 +32,20 @@ static double number_of(const ca_image_layers *image, const char *name)
     return attribute && !attribute->text ? attribute->number : (double)NAN;
 }
 
+static ca_status read_method(ca_converge *c, const ca_image_layers *image, const char **method, ca_error *error)
+{
+    const ca_attribute *attribute = ca_layers_attribute(image, "caustica.integrator");
+    *method = ca_arena_strdup(&c->memory, attribute && attribute->text ? attribute->text : "");
+    return *method ? CA_OK : ca_fail_memory(error, "the renders");
+}
+
+bool ca_converge_chosen(const ca_converge *c, const ca_converge_render *r)
+{
+    const char *asked = c->integrators[r->integrator].text;
+    const size_t length = strcspn(r->method, ":");
+    return length > 0 && (length != strcspn(asked, ":") || strncmp(r->method, asked, length) != 0);
+}
+
 /* ---- What is there --------------------------------------------------------------------------------------------- */
 
 static bool is_there(const char *path)
@@ -98,6 +112,7 @@ static bool watch(const ca_render_progress *progress, void *user)
                     "\ncaustica: finishing this render if it takes less than a second, then the results so far are "
                     "written (again: stop at once)\n");
     }
+    ca_progress_warn(&w->line, progress);
     ca_progress_draw(&w->line, progress);
     return true;
 }
@@ -127,12 +142,15 @@ static ca_status render(ca_converge *c, const ca_converge_render *r, ca_image_la
     ca_render_settings settings = ca_converge_settings(c, r);
     ca_render_statistics statistics = {0};
     ca_error reason = {""};
+    bool *warned = &c->integrators[r->integrator].is_warned_of;
+    w.line.warned = *warned;
     settings.progress = watch;
     settings.progress_user = &w;
     settings.stop = ca_signals_stop();
     ca_status status = look_ahead(c, r, &reason);
     if (status == CA_OK) status = ca_render(c->scene, &settings, image, &statistics, &reason);
     ca_progress_clear(&w.line);
+    *warned = w.line.warned;
     if (statistics.interrupted || status == CA_ERROR_INTERRUPTED) return CA_ERROR_INTERRUPTED;
     if (status != CA_OK)
         return ca_fail(error, status, NULL, "%.200s: %.800s", c->integrators[r->integrator].text, reason.message);
@@ -154,7 +172,7 @@ static double mean_deviation(const ca_image_layers *image, double iterations)
     return sum / (double)pixels;
 }
 
-static ca_status measure(const ca_converge *c, ca_converge_render *r, const ca_image_layers *image, ca_error *error)
+static ca_status measure(ca_converge *c, ca_converge_render *r, const ca_image_layers *image, ca_error *error)
 {
     ca_comparison comparison;
     ca_image_metrics metrics;
@@ -172,7 +190,7 @@ static ca_status measure(const ca_converge *c, ca_converge_render *r, const ca_i
     r->samples_per_pixel = number_of(image, "caustica.samplesPerPixel");
     r->iterations = number_of(image, iterations_attribute);
     r->deviation = mean_deviation(image, r->iterations);
-    return CA_OK;
+    return read_method(c, image, &r->method, error);
 }
 
 /* ---- All of them ----------------------------------------------------------------------------------------------- */
@@ -183,9 +201,10 @@ static void say_done(const ca_converge *c, const ca_converge_render *r)
     if (c->options->quiet) return;
     ca_converge_step_text(c, r->step, step, sizeof step);
     if (c->repeats > 1) snprintf(repeat, sizeof repeat, ", repeat %zu", r->repeat + 1);
-    ca_say(stdout, "%zu of %zu: %s, %s%s: %.3g s, relMSE %.4g%s\n", c->renders_done, c->render_count,
-           c->integrators[r->integrator].text, step, repeat, r->seconds, r->metrics[CA_CONVERGE_RELMSE],
-           r->kept ? " (kept)" : "");
+    ca_say(stdout, "%zu of %zu: %s, %s%s: %.3g s, relMSE %.4g", c->renders_done, c->render_count,
+           c->integrators[r->integrator].text, step, repeat, r->seconds, r->metrics[CA_CONVERGE_RELMSE]);
+    if (ca_converge_chosen(c, r)) ca_say(stdout, ", by %.*s", (int)strcspn(r->method, ":"), r->method);
+    printf("%s\n", r->kept ? " (kept)" : "");
     fflush(stdout); /* so that each line is seen at once */
 }
 

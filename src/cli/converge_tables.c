@@ -37,7 +37,7 @@ ca_status ca_converge_put_csv(const ca_converge *c, FILE *stream, ca_error *erro
     (void)error;
     fprintf(stream, "integrator,%s,repeat,seed,seconds,samples_per_pixel,iterations", c->by_time ? "time" : "spp");
     for (int m = 0; m < CA_CONVERGE_METRICS; m++) fprintf(stream, ",%s", ca_converge_metric_texts[m].key);
-    fputs(",mean_luminance,mean_standard_deviation,file\n", stream);
+    fputs(",mean_luminance,mean_standard_deviation,file,method\n", stream);
     for (size_t i = 0; i < shown(c); i++) {
         const ca_converge_render *r = &c->renders[i];
         put_csv_text(stream, c->integrators[r->integrator].text);
@@ -48,7 +48,9 @@ ca_status ca_converge_put_csv(const ca_converge *c, FILE *stream, ca_error *erro
         for (int m = 0; m < CA_CONVERGE_METRICS; m++) put_csv_number(stream, r->metrics[m]);
         put_csv_number(stream, r->mean_luminance);
         put_csv_number(stream, r->deviation);
-        fprintf(stream, ",%s\n", r->file);
+        fprintf(stream, ",%s,", r->file);
+        put_csv_text(stream, r->method);
+        fputc('\n', stream);
     }
     return CA_OK;
 }
@@ -123,6 +125,7 @@ static void put_renders(const ca_converge *c, FILE *stream)
         put_number(stream, ", \"mean_luminance\": ", r->mean_luminance);
         put_number(stream, ", \"mean_standard_deviation\": ", r->deviation);
         put_text(stream, ", \"file\": ", r->file);
+        put_text(stream, ", \"method\": ", r->method);
         fputc('}', stream);
     }
 }

@@ -29,7 +29,7 @@ static bool fits(const ca_triangle t[2], int k0, int k1, ca_rectangle *rectangle
                                 .y = ca_mul(y, 1.0f / height),
                                 .width = width,
                                 .height = height};
-    rectangle->n = ca_normalize(ca_cross(x, y)); /* to the bit what lanes make of the corners */
+    rectangle->n = ca_normalize_any(ca_cross(x, y)); /* to the bit what lanes make of the corners */
     rectangle->is_plain = same_point(t[1].p[k1], ca_add(end_x, y), rounding);
     rectangle->center = ca_mul(ca_add(end_x, end_y), 0.5f);
     rectangle->half_diagonal = 0.5f * ca_length(ca_sub(end_x, end_y));

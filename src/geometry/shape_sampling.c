@@ -13,7 +13,7 @@ static void triangle_surface(const ca_mesh *mesh, uint32_t primitive, ca_vec2 ba
 {
     const ca_triangle t = ca_triangle_load(mesh, primitive);
     ca_triangle_position(&t, barycentric, surface);
-    surface->ng = ca_normalize(ca_cross(ca_sub(t.p[1], t.p[0]), ca_sub(t.p[2], t.p[0])));
+    surface->ng = ca_normalize_any(ca_cross(ca_sub(t.p[1], t.p[0]), ca_sub(t.p[2], t.p[0])));
     surface->ns = surface->ng;
     surface->barycentric = surface->uv = barycentric;
     surface->mesh = mesh;

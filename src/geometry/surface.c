@@ -21,7 +21,7 @@ static void mesh_surface(const ca_shape *shape, ca_vec3 origin, ca_vec3 directio
                          ca_surface *surface)
 {
     const ca_mesh *mesh = shape->as.mesh.mesh;
-    surface->ng = ca_normalize(hit->ng);
+    surface->ng = ca_normalize_any(hit->ng);
     surface->ns = surface->ng;
     surface->barycentric = (ca_vec2){hit->u, hit->v};
     surface->uv = surface->barycentric;
@@ -61,8 +61,8 @@ static void surface_to_world(const ca_affine *map, ca_surface *surface)
     const ca_vec3 inverse_error = ca_mul(map_magnitude(map->from, ca_abs3(surface->position)), 2.0f * CA_GAMMA(4));
     surface->position_error = ca_add(map_magnitude_vector(map->to, ca_add(local_error, inverse_error)),
                                      ca_mul(map_magnitude(map->to, local_abs), CA_GAMMA(4)));
-    surface->ng = ca_normalize(ca_map_normal(map->from, surface->ng));
-    surface->ns = ca_normalize(ca_map_normal(map->from, surface->ns));
+    surface->ng = ca_normalize_any(ca_map_normal(map->from, surface->ng));
+    surface->ns = ca_normalize_any(ca_map_normal(map->from, surface->ns));
     surface->dpdu = ca_map_vector(map->to, surface->dpdu);
     surface->dpdv = ca_map_vector(map->to, surface->dpdv);
 }
@@ -125,14 +125,14 @@ void ca_accel_surface_at(const ca_accel *accel, const ca_surface_point *point, c
     const bool smooth = shape->kind == CA_SHAPE_MESH ? shape->as.mesh.mesh->normals != NULL
                                                      : shape->kind == CA_SHAPE_SDF_GRID;
     if (shape->kind == CA_SHAPE_MESH) {
-        const ca_vec3 ng = map ? ca_normalize(ca_map_normal(map->to, point->ng)) : point->ng;
+        const ca_vec3 ng = map ? ca_normalize_any(ca_map_normal(map->to, point->ng)) : point->ng;
         mesh_attributes_at(shape, point, ng, surface);
     } else {
         smooth_surface(shape, point->primitive, point->barycentric.x,
                        map ? ca_map_point(map->from, point->position) : point->position, surface);
     }
     if (map) {
-        surface->ns = ca_normalize(ca_map_normal(map->from, surface->ns));
+        surface->ns = ca_normalize_any(ca_map_normal(map->from, surface->ns));
         surface->dpdu = ca_map_vector(map->to, surface->dpdu);
         surface->dpdv = ca_map_vector(map->to, surface->dpdv);
     }

@@ -30,7 +30,7 @@ static void place_matte(ca_batch *batch, const shape_columns *shapes, uint32_t i
     ca_vertex_batch *v = &batch->vertices;
     const ca_v8 origin = ca_column3_load(&batch->rays.origin, i);
     const ca_v8 direction = ca_column3_load(&batch->rays.direction, i);
-    const ca_v8 ng = ca_normalize_v8(ca_column3_load(&batch->hits.ng, i));
+    const ca_v8 ng = ca_normalize_any_v8(ca_column3_load(&batch->hits.ng, i));
     const ca_v8 segment = ca_mul_v8(direction, ca_load8(batch->hits.t, i));
     const ca_f8 extent = ca_load8(shapes->extent, i);
     const ca_f8 reach = ca_max3_v8(ca_abs_v8(segment)) + ca_max3_v8(ca_abs_v8(origin));

@@ -149,7 +149,7 @@ static light_point8 point_on_light(const choice_batch *choices, const ca_number_
     const ca_v8 extent = ca_max_v8(ca_abs_v8(p0), ca_max_v8(ca_abs_v8(p1), ca_abs_v8(p2)));
     return (light_point8){
         .position = ca_madd_v8(ca_madd_v8(ca_mul_v8(p0, 1.0f - bx - by), bx, p1), by, p2),
-        .ng = ca_normalize_v8(ca_cross_v8(ca_sub_v8(p1, p0), ca_sub_v8(p2, p0))),
+        .ng = ca_normalize_any_v8(ca_cross_v8(ca_sub_v8(p1, p0), ca_sub_v8(p2, p0))),
         .error = 2.0f * CA_GAMMA(7) * ca_max3_v8(extent) * error};
 }
 

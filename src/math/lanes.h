@@ -10,6 +10,7 @@
 
 #include "math/vec.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -234,5 +235,12 @@ static inline ca_v8 ca_max_v8(ca_v8 a, ca_v8 b)
 }
 static inline ca_f8 ca_max3_v8(ca_v8 a) { return ca_max8(a.x, ca_max8(a.y, a.z)); }
 static inline ca_v8 ca_normalize_v8(ca_v8 a) { return ca_mul_v8(a, 1.0f / ca_sqrt8(ca_dot_v8(a, a))); }
+/* As ca_normalize_any, to the bit, but that 0 becomes NAN. */
+static inline ca_v8 ca_normalize_any_v8(ca_v8 a)
+{
+    const ca_f8 length2 = ca_dot_v8(a, a);
+    const ca_f8 larger = ca_select8(length2 > FLT_MAX, ca_f8_all(0x1p-100f), ca_f8_all(1.0f));
+    return ca_normalize_v8(ca_mul_v8(a, ca_select8(length2 < FLT_MIN, ca_f8_all(0x1p100f), larger)));
+}
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "math/numeric.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 
@@ -39,6 +40,15 @@ static inline float ca_length(ca_vec3 a) { return sqrtf(ca_length2(a)); }
 static inline ca_vec3 ca_normalize(ca_vec3 a) { return ca_mul(a, 1.0f / ca_length(a)); }
 static inline ca_vec3 ca_abs3(ca_vec3 a) { return (ca_vec3){fabsf(a.x), fabsf(a.y), fabsf(a.z)}; }
 static inline float ca_max3(ca_vec3 a) { return ca_max(a.x, ca_max(a.y, a.z)); }
+/* Of a vector whose squared length may be too large or too small for a float: a cross product of the sides of a large
+ * or small triangle. 0 stays 0. */
+static inline ca_vec3 ca_normalize_any(ca_vec3 a)
+{
+    const float length2 = ca_dot(a, a);
+    if (length2 >= FLT_MIN && length2 <= FLT_MAX) return ca_mul(a, 1.0f / sqrtf(length2));
+    if (!(ca_max3(ca_abs3(a)) > 0.0f)) return a;
+    return ca_normalize(ca_mul(a, length2 < FLT_MIN ? 0x1p100f : 0x1p-100f));
+}
 static inline ca_vec3 ca_min_vec3(ca_vec3 a, ca_vec3 b)
 {
     return (ca_vec3){ca_min(a.x, b.x), ca_min(a.y, b.y), ca_min(a.z, b.z)};

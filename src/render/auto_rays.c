@@ -19,6 +19,7 @@ void ca_auto_report(ca_auto_rays *a)
         .seconds = a->progress.seconds,
         .seconds_total = settings->seconds,
         .seconds_predicted = a->progress.looks.seconds_predicted,
+        .seconds_choosing = a->goal.choosing,
         .noise_percent = a->progress.looks.noise,
         .noise_target = settings->noise_percent,
         .noise_passes = a->look_iterations,

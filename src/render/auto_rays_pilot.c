@@ -54,7 +54,8 @@ static void look(ca_auto_rays *a, const ca_auto_pilot *p)
     const ca_film films[CA_PILOT_HALVES] = {p->halves[0].film, p->halves[1].film};
     ca_noise_looks *looks = &a->progress.looks;
     const double ratio = ca_auto_look_in_pilot(a, films) / looks->target;
-    if (ratio >= 0.0) looks->seconds_predicted = a->progress.seconds * ratio * ratio;
+    const double choosing = a->goal.choosing;
+    if (ratio >= 0.0) looks->seconds_predicted = choosing + (a->progress.seconds - choosing) * ratio * ratio;
 }
 
 /* Both halves must have samples: what one of them has alone is left out. */

@@ -12,6 +12,9 @@ enum { FIRST_NOISE_PASS = 8 };
 
 static void gather_for_progress(const ca_render_progress *progress);
 
+/* Of this process, or of the one whose passes it goes on from. */
+static double seconds_of_choices(const ca_pass_render *r) { return r->plan->method.seconds + r->once.seconds; }
+
 static uint32_t passes_planned(const ca_render_plan *plan) { return plan->pass_limit - plan->first_pass; }
 
 /* Tells the caller how far it is; false where the render should end. */
@@ -24,6 +27,7 @@ static bool report_progress(ca_pass_render *r)
         .seconds = r->seconds,
         .seconds_total = settings->seconds,
         .seconds_predicted = r->looks.seconds_predicted,
+        .seconds_choosing = seconds_of_choices(r),
         .noise_percent = r->looks.noise,
         .noise_target = settings->noise_percent,
         .noise_passes = r->look_passes,
@@ -258,7 +262,7 @@ ca_status ca_pass_loop_run(ca_pass_render *r, ca_error *error)
     if (r->kept.resumed > 0)
         resume(r);
     else
-        r->start -= r->before = r->plan->method.seconds + r->once.seconds;
+        r->start -= r->before = seconds_of_choices(r);
     const ca_status status = r->ranks ? lead_passes(r, error) : make_passes(r, error);
     ca_reserve_open(r->plan->reserve);
     r->interrupted = r->interrupted || status == CA_ERROR_INTERRUPTED;

@@ -2,14 +2,18 @@
 
 #include <math.h>
 
-/* Where no time is predicted for the noise target: noise falls with the square root of the number of passes. */
-double ca_progress_fraction(const ca_render_progress *p)
+static double share_of(double seconds, double of) { return of > 0.0 ? seconds / of : 1.0; }
+
+/* The fraction of the passes that all of the time makes, but for so many seconds of it. Where no time is predicted for
+ * the noise target: noise falls with the square root of the number of passes. */
+static double fraction_without(const ca_render_progress *p, double lost)
 {
+    const double seconds = fmax(p->seconds - lost, 0.0);
     double fraction = -1.0;
     if (p->passes_total > 0) fraction = (double)p->passes_done / p->passes_total;
-    if (p->seconds_total > 0.0) fraction = fmax(fraction, p->seconds / p->seconds_total);
+    if (p->seconds_total > 0.0) fraction = fmax(fraction, share_of(seconds, p->seconds_total - lost));
     if (p->seconds_predicted > 0.0) {
-        fraction = fmax(fraction, p->seconds / p->seconds_predicted);
+        fraction = fmax(fraction, share_of(seconds, p->seconds_predicted - lost));
     } else if (p->noise_target > 0.0 && p->noise_percent > 0.0) {
         const double ratio = p->noise_target / p->noise_percent;
         fraction = fmax(fraction, ratio * ratio);
@@ -17,10 +21,15 @@ double ca_progress_fraction(const ca_render_progress *p)
     return fmin(fraction, 1.0);
 }
 
+double ca_progress_fraction(const ca_render_progress *progress) { return fraction_without(progress, 0.0); }
+
+/* No pass is made while something is chosen, and it is not chosen again. */
+static double fraction_of_passes(const ca_render_progress *p) { return fraction_without(p, p->seconds_choosing); }
+
 double ca_progress_seconds_left(const ca_render_progress *p)
 {
-    const double fraction = ca_progress_fraction(p);
-    return fraction > 0.0 ? p->seconds * (1.0 - fraction) / fraction : -1.0;
+    const double fraction = fraction_of_passes(p);
+    return fraction > 0.0 ? (p->seconds - p->seconds_choosing) * (1.0 - fraction) / fraction : -1.0;
 }
 
 ca_render_progress ca_progress_at_noise(const ca_render_progress *progress)
@@ -33,7 +42,7 @@ ca_render_progress ca_progress_at_noise(const ca_render_progress *progress)
 
 double ca_progress_noise_at_end(const ca_render_progress *estimate)
 {
-    const double fraction = ca_progress_fraction(estimate);
+    const double fraction = fraction_of_passes(estimate);
     return estimate->noise_percent >= 0.0 && fraction > 0.0 ? estimate->noise_percent * sqrt(fraction) : -1.0;
 }
 

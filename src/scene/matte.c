@@ -90,7 +90,7 @@ bool ca_even_light_sample_direct(const ca_even_light *even, const ca_light *ligh
         return ca_light_sample_direct(light, reference, u, direct);
     ca_surface point;
     ca_plain_rectangle_position(even->corner, even->end_x, even->end_y, u, &point);
-    point.ng = ca_normalize(ca_cross(ca_sub(even->end_x, even->corner), ca_sub(even->end_y, even->corner)));
+    point.ng = ca_normalize_any(ca_cross(ca_sub(even->end_x, even->corner), ca_sub(even->end_y, even->corner)));
     direct->radiance = even->radiance;
     return ca_light_direct_to_surface(&point, (ca_pdf_area){even->pdf_area}, reference, direct);
 }
