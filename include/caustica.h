@@ -206,7 +206,7 @@ typedef struct ca_render_progress {
     /* Where `auto` chose a method whose light will be dots, as ca_preflight warns of a method that is named; NULL:
      * nothing of that is known. */
     const char *method_warning;
-    double seconds_choosing; /* of `seconds`, before the first pass: what choosing a method and numbers of rays took */
+    double seconds_choosing; /* of `seconds`, before the first pass: for a method, and for numbers of rays */
 } ca_render_progress;
 
 /* What to render with. Make one with ca_render_settings_init; zero or NULL then means "as the scene says". */

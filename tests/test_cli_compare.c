@@ -238,6 +238,7 @@ static void test_a_dark_reference(void **state)
     RUN(&r, "compare", "a.exr", "--reference=dark.exr", "--stats=s.json");
     assert_exit(&r, 0);
     assert_says(r.output, "FLIP HDR            not done");
+    assert_says(r.output, "  would detect        light where the reference is black, as it is in a typical block (");
     json_t *root = load_json(folder_of(state), "s.json");
     assert_null_number(image_of(root, 0), "flip");
     assert_true(json_number(image_of(root, 0), "flip_ldr") > 0.0);

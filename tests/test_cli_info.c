@@ -106,6 +106,26 @@ static void test_refuses_what_render_refuses(void **state)
     }
 }
 
+/* An integrator brings its own sampler where the scene names none, as in a render. */
+static void test_sampler(void **state)
+{
+    static const struct {
+        const char *integrator, *sampler, *says;
+    } cases[] = {
+        {"<integrator type=\"qmcppm\"/>", "", "sampler     halton, "},
+        {"<integrator type=\"qmcppm\"/>", "<sampler type=\"independent\"/>", "sampler     independent, "},
+        {"<integrator type=\"path\"/>", "", "sampler     independent, "},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ca_program_result r;
+        const broken_scene parts = {.integrator = cases[i].integrator, .sampler = cases[i].sampler};
+        write_scene(folder_of(state), "sampler.xml", &parts);
+        RUN(&r, "info", "sampler.xml");
+        assert_exit(&r, 0);
+        assert_says(r.output, cases[i].says);
+    }
+}
+
 /* The parts that the broken scenes keep are good, and so is each integrator without parameters. */
 static void test_accepts_what_render_accepts(void **state)
 {
@@ -127,6 +147,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_refuses_what_render_refuses),
+        PROGRAM_TEST(test_sampler),
         PROGRAM_TEST(test_accepts_what_render_accepts),
     };
     return run_program_tests("command line: info", tests, sizeof tests / sizeof tests[0]);

@@ -383,6 +383,23 @@ static void test_rare_merges(void **state)
     ca_scene_release(scene);
 }
 
+/* Who renders a part knows that the whole has the passes up to the part's last one. */
+static void test_parts(void **state)
+{
+    (void)state;
+    ca_scene *scene = pool(true, SUN, 12);
+    ca_render_settings whole = settings_of("ovcm", 40), part = settings_of("ovcm", 0);
+    whole.radius = part.radius = 1e-3;
+    part.has_passes = true;
+    part.passes[0] = 36;
+    part.passes[1] = 40;
+    const ca_preflight of_whole = preflight_of(scene, &whole), of_part = preflight_of(scene, &part);
+    assert_true(of_part.merged_photons == of_whole.merged_photons);
+    assert_warns(&of_whole, "photons a pixel in the whole render;");
+    assert_warns(&of_part, "photons a pixel in passes 0 to 39;");
+    ca_scene_release(scene);
+}
+
 /* ---- Crowds ---------------------------------------------------------------------------------------------------- */
 
 /* Inside of a mirror sphere all that the camera sees is a small lit disk, beside the centre as it is itself: all
@@ -658,7 +675,8 @@ int main(void)
         cmocka_unit_test(test_a_tiny_render),
         cmocka_unit_test(test_no_false_alarm),   cmocka_unit_test(test_length_of_render),
         cmocka_unit_test(test_expected_samples), cmocka_unit_test(test_merged_photons),
-        cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_no_light),
+        cmocka_unit_test(test_rare_merges),      cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_no_light),
         cmocka_unit_test(test_dark_light),
         cmocka_unit_test(test_rays),
         cmocka_unit_test(test_cost),

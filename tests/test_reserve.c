@@ -1,6 +1,7 @@
 /* Memory that is kept back: its blocks, and images of renders after whose second pass there is no other memory. */
 #include "base/memory.h"
 #include "base/reserve.h"
+#include "image/layers.h"
 #include "support/scene_text.h"
 
 #include <setjmp.h>
@@ -224,6 +225,35 @@ static void test_chosen_rays_without_memory(void **state)
     ca_scene_release(scene);
 }
 
+/* What was measured of the noise until then has its layers, too. */
+static void test_noise_without_memory(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"bdpm:radius=0.2", "ppm:radius=0.2", "vcm:radius=0.2"};
+    ca_scene *scene = scene_from_text(box);
+    for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++) {
+        ca_render_settings settings;
+        ca_noise *noise;
+        ca_image_layers *image;
+        ca_error error = {""};
+        ca_render_settings_init(&settings);
+        settings.integrator = integrators[i];
+        settings.light_paths = 1000;
+        settings.width = 160;
+        settings.height = 120;
+        settings.threads = 2;
+        settings.progress = take_all_memory;
+        const ca_status status = ca_noise_measure(scene, &settings, 2, &noise, &image, NULL, &error);
+        ca_memory_fail_after(-1);
+        if (status != CA_OK) fail_msg("%s: %s", integrators[i], error.message);
+        assert_non_null(noise);
+        assert_non_null(ca_layers_find(image, "Noise.Measured.StdErr"));
+        ca_image_release(image);
+        ca_noise_release(noise);
+    }
+    ca_scene_release(scene);
+}
+
 /* Asked for before the first pass, where nothing is lost yet. */
 static bool count_pass(const ca_render_progress *progress, void *user)
 {
@@ -281,6 +311,7 @@ int main(void)
         cmocka_unit_test(test_too_large),
         cmocka_unit_test(test_image_without_memory),
         cmocka_unit_test(test_chosen_rays_without_memory),
+        cmocka_unit_test(test_noise_without_memory),
         cmocka_unit_test(test_reserved_before_the_first_pass),
     };
     return cmocka_run_group_tests_name("reserve", tests, NULL, NULL);

@@ -194,13 +194,14 @@ static void print_parameter(const ca_parameter *parameter)
     }
 }
 
-static void print_method(const ca_scene *scene)
+/* The sampler is that of a render: an integrator brings its own where the scene names none. */
+static void print_method(const ca_scene *scene, const ca_render_plan *plan)
 {
     const ca_integrator_desc *integrator = &scene->desc.integrator;
     ca_say(stdout, "%-12s%s", "integrator", integrator->name ? integrator->name : CA_DEFAULT_INTEGRATOR);
     for (size_t i = 0; i < integrator->parameters.count; i++) print_parameter(&integrator->parameters.items[i]);
     const uint32_t samples = scene->desc.samples_per_pixel;
-    printf("\n%-12s%s, %u %s per pixel, seed %llu\n", "sampler", ca_sampler_name(scene->desc.sampler.kind), samples,
+    printf("\n%-12s%s, %u %s per pixel, seed %llu\n", "sampler", ca_sampler_name(plan->sampler.kind), samples,
            ca_noun(samples, "sample", "samples"), (unsigned long long)scene->desc.sampler.seed);
 }
 
@@ -234,7 +235,7 @@ static void print_bounds_and_memory(const ca_scene *scene)
     print_bytes("textures", image_bytes);
 }
 
-static void print_scene(const char *path, const ca_scene *scene)
+static void print_scene(const char *path, const ca_scene *scene, const ca_render_plan *plan)
 {
     ca_say(stdout, "%s\n", path);
     print_shapes(scene);
@@ -242,17 +243,21 @@ static void print_scene(const char *path, const ca_scene *scene)
     print_materials(scene);
     print_textures(scene);
     print_camera(scene);
-    print_method(scene);
+    print_method(scene, plan);
     print_bounds_and_memory(scene);
 }
 
 /* What `caustica render` would refuse is refused. One thread: an integrator keeps memory for each. */
-static ca_status check(const ca_scene *scene, ca_error *error)
+static ca_status check_and_print(const char *path, const ca_scene *scene, ca_error *error)
 {
     ca_render_settings settings;
+    ca_render_plan plan;
     ca_render_settings_init(&settings);
     settings.threads = 1;
-    return ca_render_check(scene, &settings, error);
+    CA_TRY(ca_render_check(scene, &settings, error));
+    CA_TRY(ca_render_plan_make(&plan, scene, &settings, error));
+    print_scene(path, scene, &plan);
+    return CA_OK;
 }
 
 static ca_status load_and_print(const info_options *o, const ca_text_list *operands, ca_error *error)
@@ -261,8 +266,7 @@ static ca_status load_and_print(const info_options *o, const ca_text_list *opera
     ca_scene *scene;
     CA_TRY(ca_options_scene_operand(operands, &path, error));
     CA_TRY(ca_options_load_sensor(path, &o->define_words, o->sensor, o->camera, true, &scene, error));
-    const ca_status status = check(scene, error);
-    if (status == CA_OK) print_scene(path, scene);
+    const ca_status status = check_and_print(path, scene, error);
     ca_scene_release(scene);
     return status;
 }

@@ -392,6 +392,18 @@ static ca_status write_outputs(const noise_options *o, const ca_image_layers *im
     return all;
 }
 
+/* Before the first iteration. */
+static ca_status reserve_outputs(const noise_options *o, const ca_noise_setup *setup, ca_reserve **reserve,
+                                 ca_error *error)
+{
+    const ca_output_files files = {.paths = (const char *const *)o->outputs.items, .count = o->outputs.count};
+    const uint32_t width = setup->picture[2] - setup->picture[0], height = setup->picture[3] - setup->picture[1];
+    bool has_picture = false;
+    for (size_t i = 0; i < o->outputs.count; i++) has_picture = has_picture || is_png(o->outputs.items[i]);
+    const size_t picture = has_picture ? (size_t)width * height * CA_NOISE_PICTURE_BYTES : 0;
+    return ca_outputs_reserve(&files, width, height, picture, reserve, error);
+}
+
 /* Also with the weights of the predictions' numbers and of those that may be recommended. */
 static ca_status measure_for(const noise_options *o, const ca_scene *scene, const ca_render_settings *settings,
                              ca_noise_report *report, ca_noise **noise, ca_image_layers **image, ca_error *error)
@@ -453,11 +465,15 @@ static ca_status measure(const noise_options *o, const ca_scene *scene, ca_noise
     CA_TRY(check_settings(o, scene, &settings, &setup, report, error));
     if (!o->quiet) print_replaced(&setup, scene);
     CA_TRY(look_ahead(o, scene, &settings, &setup, error));
+    ca_reserve *reserve;
+    CA_TRY(reserve_outputs(o, &setup, &reserve, error));
     ca_signals_catch(o->quiet);
     ca_status status = work(o, scene, &settings, &line, report, &image, error);
     ca_progress_clear(&line);
     ca_error reason = {""};
+    ca_reserve_open(reserve);
     const ca_status written = image ? write_outputs(o, image, report, &scale, &reason) : CA_OK;
+    ca_reserve_release(reserve);
     ca_output_note(&status, error, written, &reason);
     ca_signals_release();
     if (status == CA_OK) {

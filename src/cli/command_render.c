@@ -159,7 +159,7 @@ static ca_status reserve_outputs(const ca_render_options *o, const ca_scene *sce
     const bool resized = o->resolution[0] > 0;
     const ca_film_desc *film = &scene->desc.film;
     return ca_outputs_reserve(&files, resized ? o->resolution[0] : film->width,
-                              resized ? o->resolution[1] : film->height, reserve, error);
+                              resized ? o->resolution[1] : film->height, 0, reserve, error);
 }
 
 /* Of all ranks. */

@@ -196,13 +196,13 @@ ca_status ca_outputs_write(const ca_output_files *files, const ca_image_layers *
 
 /* .exr compresses 16 lines at a time, with four buffers for them; .png needs less than the small things, and three
  * planes for a curve; the layers of parts and of a page are not among them. */
-ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint32_t height, ca_reserve **reserve,
-                             ca_error *error)
+ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint32_t height, size_t more,
+                             ca_reserve **reserve, ca_error *error)
 {
     enum { LINES = 16, BUFFERS = 4, MOST_LAYERS = 96, PLANES = 3, SMALL_THINGS = 2 << 20 };
     const bool has_exr = has_extension(files->paths, files->count, ".exr");
     const bool has_png = has_extension(files->paths, files->count, ".png");
-    size_t bytes = SMALL_THINGS;
+    size_t bytes = SMALL_THINGS + more;
     if (has_exr) bytes += (size_t)LINES * BUFFERS * MOST_LAYERS * sizeof(float) * width;
     if (has_png && files->look.tone != CA_TONE_SRGB) bytes += (size_t)PLANES * sizeof(float) * width * height;
     return ca_reserve_create(reserve, bytes, "the files of the image", NULL, error);

@@ -84,9 +84,9 @@ typedef struct ca_output_files {
 ca_status ca_outputs_write(const ca_output_files *files, const ca_image_layers *image,
                            const ca_render_statistics *statistics, ca_error *error);
 
-/* Memory for ca_outputs_write of an image of this size, to be opened then (base/reserve.h). */
-ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint32_t height, ca_reserve **reserve,
-                             ca_error *error);
+/* Memory for ca_outputs_write of an image of this size, to be opened then (base/reserve.h), and for `more` bytes. */
+ca_status ca_outputs_reserve(const ca_output_files *files, uint32_t width, uint32_t height, size_t more,
+                             ca_reserve **reserve, ca_error *error);
 
 /* Takes the result of one of several writes down in *all and *error. Of several failures the last one is the caller's
  * to tell; each one before it is told on standard error when the next one comes. `reason`: of this write. */

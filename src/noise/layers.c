@@ -12,6 +12,11 @@ static const char *const layer_names[VALUES][2] = {
     {"Noise.Measured", "Noise.Measured.StdErr"}, {"Noise.Connect", "Noise.Connect.StdErr"},
 };
 
+size_t ca_noise_layers_bytes(const ca_pair_film *film, bool connects)
+{
+    return (size_t)(connects ? VALUES : VALUES - 1) * 2 * sizeof(float) * film->width * film->height;
+}
+
 ca_status ca_noise_add_layers(const ca_pair_film *film, ca_image_layers *image, ca_error *error)
 {
     float *data[VALUES][2];

@@ -1,6 +1,7 @@
 #include "render/noise.h"
 
 #include "base/memory.h"
+#include "base/reserve.h"
 #include "noise/layers.h"
 #include "render/noise_plan.h"
 #include "render/public_structs.h"
@@ -35,16 +36,10 @@ ca_status ca_noise_check_region(const uint32_t r[4], const uint32_t picture[4], 
 /* ---- Measuring ------------------------------------------------------------------------------------------------- */
 
 /* *measured: there are results, whatever failed after them. A pixel has its own number of iterations: one that was
- * not finished does no harm. */
-static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers **image,
-                         ca_render_statistics *statistics, bool *measured, ca_error *error)
+ * not finished does no harm. `reserve` is for the layers. */
+static ca_status run(ca_noise_plan *p, const ca_pair_film *film, ca_reserve *reserve, ca_image_layers **image,
+                     ca_render_statistics *statistics, bool *measured, ca_error *error)
 {
-    *measured = false;
-    CA_TRY(ca_pair_film_create(film, p->plan.crop, p->light_paths, p->plan.camera_paths, error));
-    if (p->other_count > 0) CA_TRY(ca_pair_film_add_others(film, p->others, p->other_count, error));
-    p->plan.input.pairs = film;
-    ca_render_statistics own_statistics;
-    if (!statistics) statistics = &own_statistics;
     const ca_status status = ca_render_plan_run(&p->plan, image, statistics, error);
     if (status != CA_OK && (!*image || statistics->iterations < 2)) return status;
     if (statistics->iterations < 2)
@@ -52,9 +47,25 @@ static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers *
                        "ended before two iterations were complete: no noise was measured");
     if (film->incomplete) return ca_fail_memory(error, "the pairs of light and camera paths");
     ca_error reason;
+    ca_reserve_open(reserve);
     const ca_status added = ca_noise_add_layers(film, *image, &reason);
     *measured = added == CA_OK;
     return ca_fail_also(error, status, added, &reason);
+}
+
+static ca_status measure(ca_noise_plan *p, ca_pair_film *film, ca_image_layers **image,
+                         ca_render_statistics *statistics, bool *measured, ca_error *error)
+{
+    enum { SMALL_THINGS = 1 << 14 };
+    ca_reserve *reserve;
+    CA_TRY(ca_pair_film_create(film, p->plan.crop, p->light_paths, p->plan.camera_paths, error));
+    if (p->other_count > 0) CA_TRY(ca_pair_film_add_others(film, p->others, p->other_count, error));
+    p->plan.input.pairs = film;
+    CA_TRY(ca_reserve_create(&reserve, ca_noise_layers_bytes(film, p->connects) + SMALL_THINGS, "the layers of noise",
+                             p->plan.input.stop, error));
+    const ca_status status = run(p, film, reserve, image, statistics, measured, error);
+    ca_reserve_release(reserve);
+    return status;
 }
 
 ca_status ca_noise_measure(const ca_scene *scene, const ca_render_settings *settings, uint32_t iterations,

@@ -28,6 +28,7 @@ static CA_PRINTF(2, 3) void warn(ca_preflight *preflight, const char *format, ..
 typedef struct render_length {
     double iterations;
     double photons; /* that a pixel merges in these, in the mean, at least; 0: not known */
+    const char *name; /* "the whole render" */
 } render_length;
 
 /* ---- Light that is lost ---------------------------------------------------------------------------------------- */
@@ -84,9 +85,9 @@ static void judge_merges(ca_preflight *preflight, const ca_render_plan *plan, co
     preflight->merged_photons_high = scale * fmax(photons.high, NONE_SEEN / (double)pilot->merges);
     if (!(light.low > MUCH_IN_DOTS) || !(preflight->merged_photons_high < 1.0)) return;
     warn(preflight,
-         "about %.0f %% of the light will be dots: it comes from merges, with fewer than %.2g photons a pixel in the "
-         "whole render; a larger merge radius (--radius) or more light paths (--light-paths) smooth it",
-         100.0 * preflight->merged_light, preflight->merged_photons_high);
+         "about %.0f %% of the light will be dots: it comes from merges, with fewer than %.2g photons a pixel in "
+         "%s; a larger merge radius (--radius) or more light paths (--light-paths) smooth it",
+         100.0 * preflight->merged_light, preflight->merged_photons_high, length->name);
 }
 
 static void warn_of_radius(ca_preflight *preflight, double scene_radius)
@@ -141,7 +142,9 @@ ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *set
     preflight->radius = ca_integrator_value(plan.type, &plan.input, "radius", 0.0);
     preflight->no_light = scene->light_count == 0;
     if (preflight->radius > 2.0 * (double)scene->radius) warn_of_radius(preflight, (double)scene->radius);
-    const render_length length = {.iterations = ca_render_plan_expected_passes(&plan)};
+    char name[48] = "the whole render"; /* of which who renders a part knows the passes up to its own */
+    if (taken.has_passes) snprintf(name, sizeof name, "passes 0 to %u", plan.pass_limit - 1);
+    const render_length length = {.iterations = plan.first_pass + ca_render_plan_expected_passes(&plan), .name = name};
     if (!preflight->no_light) return judge_light(preflight, &plan, &length, error);
     warn(preflight, "the scene has no light: the picture will be black");
     return CA_OK;
@@ -151,7 +154,8 @@ ca_status ca_preflight_chosen(const ca_render_plan *plan, double iterations, dou
                               ca_error *error)
 {
     ca_preflight preflight = {.warning_count = 0};
-    const render_length length = {.iterations = iterations, .photons = photons};
+    const render_length length = {
+        .iterations = iterations, .photons = photons, .name = "the whole render"};
     CA_TRY(judge_light(&preflight, plan, &length, error));
     if (preflight.warning_count > 0) memcpy(warning, preflight.warnings[0], sizeof preflight.warnings[0]);
     return CA_OK;

@@ -4,8 +4,8 @@
 
 static double share_of(double seconds, double of) { return of > 0.0 ? seconds / of : 1.0; }
 
-/* The fraction of the passes that all of the time makes, but for so many seconds of it. Where no time is predicted for
- * the noise target: noise falls with the square root of the number of passes. */
+/* As if so many seconds were not part of the render. Where no time is predicted for the noise target: noise falls as
+ * the root of the number of passes. */
 static double fraction_without(const ca_render_progress *p, double lost)
 {
     const double seconds = fmax(p->seconds - lost, 0.0);
