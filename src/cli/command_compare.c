@@ -248,8 +248,8 @@ static void print_test(const ca_compared_image *image)
     printf("  blocks that differ  %u of %u (p = %.3g for the whole picture)\n", test->rejected, test->blocks,
            test->p_value);
     if (test->blocks_with_noise && isinf(test->detectable_bias))
-        printf("  would detect        light where the reference is black, as it is in a typical block (%u of %u blocks "
-               "have noise)\n",
+        printf("  would detect        light where the reference is black, as it is in a typical block (%u of %u "
+               "blocks have noise)\n",
                test->blocks_with_noise, test->blocks);
     else if (test->blocks_with_noise)
         printf("  would detect        a bias of %.3g %% in a typical block (5 %% significance, 80 %% power; %u of %u "

@@ -144,7 +144,8 @@ ca_status ca_preflight_make(const ca_scene *scene, const ca_render_settings *set
     if (preflight->radius > 2.0 * (double)scene->radius) warn_of_radius(preflight, (double)scene->radius);
     char name[48] = "the whole render"; /* of which who renders a part knows the passes up to its own */
     if (taken.has_passes) snprintf(name, sizeof name, "passes 0 to %u", plan.pass_limit - 1);
-    const render_length length = {.iterations = plan.first_pass + ca_render_plan_expected_passes(&plan), .name = name};
+    const double iterations = plan.first_pass + ca_render_plan_expected_passes(&plan);
+    const render_length length = {.iterations = iterations, .name = name};
     if (!preflight->no_light) return judge_light(preflight, &plan, &length, error);
     warn(preflight, "the scene has no light: the picture will be black");
     return CA_OK;
