@@ -98,6 +98,94 @@ static void test_images_are_written_when_statistics_fail(void **state)
     assert_image(state, "a.exr", 24, 16);
 }
 
+/* Maps and a page that cannot be written do not keep images from being compared, nor the numbers from their file. */
+static void test_numbers_are_written_when_maps_fail(void **state)
+{
+    char errors[4096];
+    skip_without_limits(state);
+    assert_shell(state, 0,
+                 "for i in 1 2 3; do $P render ball.xml --quiet --resolution 128x96 --spp 1 --seed $i -o n$i.exr; "
+                 "done");
+    assert_int_equal(run_shell(state,
+                               ON_A_FULL_DISK "$P compare n1.exr n2.exr --reference n3.exr --maps maps.exr "
+                                              "--html page.html --stats s.json > said.txt",
+                               errors, sizeof errors),
+                     1);
+    assert_says(errors, "caustica: maps-n1.exr: cannot write");
+    assert_says(errors, "caustica: maps-n2.exr: cannot write");
+    assert_says(errors, "caustica: page.html");
+    assert_shell(state, 0, "grep -qx n2.exr said.txt");
+    assert_false(exists(folder_of(state), "page.html"));
+    json_t *stats = load_json(folder_of(state), "s.json");
+    assert_int_equal(json_array_size(json_object_get(stats, "images")), 2);
+    json_decref(stats);
+}
+
+/* Renders that cannot be kept are measured all the same, and the numbers written. */
+static void test_numbers_are_written_when_renders_fail(void **state)
+{
+    char errors[4096];
+    skip_without_limits(state);
+    assert_shell(state, 0, "$P render ball.xml --quiet --resolution 128x96 --spp 4 -o r.exr");
+    assert_int_equal(run_shell(state,
+                               ON_A_FULL_DISK "$P converge ball.xml --resolution 128x96 -i path --spp 1,2 "
+                                              "--reference r.exr -o curves",
+                               errors, sizeof errors),
+                     1);
+    assert_says(errors, "caustica: curves/renders/path-1spp-1.exr: cannot write");
+    assert_says(errors, "caustica: curves/renders/path-2spp-1.exr: cannot write");
+    json_t *root = load_json(folder_of(state), "curves/converge.json");
+    assert_int_equal(json_array_size(json_object_get(root, "renders")), 2);
+    json_decref(root);
+}
+
+/* What cannot be read may be what hours went into: it is not rendered over, and what is complete is written. */
+static void test_unreadable_renders_are_not_replaced(void **state)
+{
+    char errors[4096];
+    assert_shell(state, 0, "$P render ball.xml --quiet --spp 4 -o r.exr && mkdir -p some/renders/path-2spp-1.exr");
+    assert_int_equal(run_shell(state, "$P converge ball.xml -i path --spp 1,2 --reference r.exr -o some", errors,
+                               sizeof errors),
+                     1);
+    assert_says(errors, "caustica: some/renders/path-2spp-1.exr: ");
+    assert_true(exists(folder_of(state), "some/renders/path-2spp-1.exr"));
+    json_t *root = load_json(folder_of(state), "some/converge.json");
+    assert_int_equal(json_array_size(json_object_get(root, "renders")), 1);
+    json_decref(root);
+    write_text(folder_of(state), "balls.json",
+               "{ \"title\": \"balls\", \"question\": \"Any?\", \"image\": { \"spp\": 1 },\n"
+               "  \"reference\": { \"integrator\": \"path\", \"spp\": 2, \"seed\": 3 },\n"
+               "  \"scenarios\": [{ \"name\": \"ball\", \"scene\": \"ball.xml\" }] }\n");
+    assert_shell(state, 0, "mkdir -p seen/images/ball-reference.exr");
+    assert_int_equal(run_shell(state, "$P study balls.json -o seen", errors, sizeof errors), 1);
+    assert_says(errors, "scenario ball, reference: seen/images/ball-reference.exr: not a regular file");
+}
+
+/* Who asks for a picture does not want the work to end, whatever the command. */
+static void test_usr1_ends_nothing(void **state)
+{
+    static const char *const commands[] = {
+        "converge ball.xml -i path --spp 1,2,2000000 --reference r.exr -o curves",
+        "noise ball.xml -i bdpm --radius 0.3 --iterations 100000",
+        "study slow.json -o seen",
+    };
+    write_text(folder_of(state), "slow.json",
+               "{ \"title\": \"balls\", \"question\": \"Any?\", \"image\": { \"spp\": 1 },\n"
+               "  \"reference\": { \"integrator\": \"path\", \"spp\": 2000000, \"seed\": 3 },\n"
+               "  \"scenarios\": [{ \"name\": \"ball\", \"scene\": \"ball.xml\" }] }\n");
+    assert_shell(state, 0, "$P render ball.xml --quiet --spp 4 -o r.exr");
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; i++) {
+        char line[512];
+        /* It may be sent once it is caught: bit 9 of the mask. */
+        snprintf(line, sizeof line,
+                 "$P %s > usr1.out 2>&1 & p=$!; for i in $(seq 100); do "
+                 "grep -q '^SigCgt.*[2367abef]..$' /proc/$p/status && break; sleep 0.05; done; "
+                 "kill -USR1 $p; sleep 0.1; kill -TERM $p; wait $p; s=$?; [ $s -le 1 ]",
+                 commands[i]);
+        assert_shell(state, 0, line);
+    }
+}
+
 static void test_image_is_written_when_strategies_fail(void **state)
 {
     char errors[4096];
@@ -378,6 +466,14 @@ static void test_what_a_kill_left_is_named(void **state)
                                sizeof errors),
                      0);
     assert_says(errors, "a.exr.~abc123 was left by a program that was killed");
+    assert_int_equal(run_shell(state,
+                               "mkdir shown && touch shown/any.exr.~abc123 shown/.~abc123 shown/any.exr.~abc12 && "
+                               "$P render even.xml -o a.exr --dump-strategies shown",
+                               errors, sizeof errors),
+                     0);
+    assert_says(errors, "shown/any.exr.~abc123 was left by a program that was killed");
+    assert_null(strstr(errors, "shown/.~abc123"));
+    assert_null(strstr(errors, "abc12 "));
     assert_null(strstr(errors, "b.exr"));
 }
 
@@ -401,6 +497,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         PROGRAM_TEST(test_others_are_written_when_one_fails),
         PROGRAM_TEST(test_images_are_written_when_statistics_fail),
+        PROGRAM_TEST(test_numbers_are_written_when_maps_fail),
+        PROGRAM_TEST(test_numbers_are_written_when_renders_fail),
+        PROGRAM_TEST(test_unreadable_renders_are_not_replaced),
+        PROGRAM_TEST(test_usr1_ends_nothing),
         PROGRAM_TEST(test_image_is_written_when_strategies_fail),
         PROGRAM_TEST(test_other_strategies_are_written),
         PROGRAM_TEST(test_image_is_written_when_a_part_fails),

@@ -5,5 +5,7 @@
 
 /* Calls found(path, user) for each that lies beside the output `path`; none where the folder cannot be read. */
 void ca_leftovers_find(const char *path, void (*found)(const char *path, void *user), void *user);
+/* Likewise for each that lies in the folder, whatever it was to become. */
+void ca_leftovers_find_in(const char *folder, void (*found)(const char *path, void *user), void *user);
 
 #endif

@@ -323,18 +323,33 @@ typedef struct comparing {
     ca_metric_settings metrics; /* for this image */
     const ca_compare_settings *region;
     const char *map_path;       /* NULL: no maps */
-    ca_compare_page *page;      /* NULL: no page */
+    ca_compare_page *page;      /* NULL: no page (any more) */
+    /* Of what could not be written: it does not keep the rest from being measured and written (ca_output_note). */
+    ca_status written;
+    ca_error *failure;
 } comparing;
 
-static ca_status compare_with(const comparing *c, const ca_image_layers *image, const ca_image_layers *reference,
+/* A page that lacks an image is no page of this comparison. */
+static void add_to_page(comparing *c, const ca_compared_image *result, const ca_image_layers *image,
+                        const ca_image_layers *reference, const ca_image_layers *maps)
+{
+    ca_error reason = {""};
+    const ca_status status = ca_compare_page_add(c->page, result, image, reference, maps, &reason);
+    if (status == CA_OK) return;
+    ca_output_note(&c->written, c->failure, status, &reason);
+    c->page = NULL;
+}
+
+static ca_status compare_with(comparing *c, const ca_image_layers *image, const ca_image_layers *reference,
                               ca_compared_image *result, ca_image_layers **maps, ca_error *error)
 {
     CA_TRY(ca_compare(image, reference, c->region, &result->comparison, error));
     CA_TRY(ca_measure_image(image, reference, c->region, &c->metrics, &result->metrics, maps, error));
-    return c->page ? ca_compare_page_add(c->page, result, image, reference, *maps, error) : CA_OK;
+    if (c->page) add_to_page(c, result, image, reference, *maps);
+    return CA_OK;
 }
 
-static ca_status compare_resampled(const comparing *c, const ca_image_layers *image, ca_compared_image *result,
+static ca_status compare_resampled(comparing *c, const ca_image_layers *image, ca_compared_image *result,
                                    ca_image_layers **maps, ca_error *error)
 {
     const ca_image_layers *reference = c->reference;
@@ -369,6 +384,15 @@ static void compare_seeds(const ca_image_layers *image, const ca_image_layers *r
     result->seed = a ? a->number : 0.0;
 }
 
+static void write_maps(comparing *c, const ca_compared_image *image, ca_image_layers *maps)
+{
+    ca_error reason = {""};
+    const ca_status status =
+        ca_compare_write_maps(c->map_path, c->options->reference, image, &c->metrics, maps, &reason);
+    if (status == CA_OK) ca_say(stdout, "  wrote               %s\n", c->map_path);
+    ca_output_note(&c->written, c->failure, status, &reason);
+}
+
 /* What is wrong with a picture is a failure, not wrong usage: the words were right. */
 static ca_status compare_file(comparing *c, ca_compared_image *image, ca_error *error)
 {
@@ -386,10 +410,10 @@ static ca_status compare_file(comparing *c, ca_compared_image *image, ca_error *
     if (status != CA_OK)
         return ca_fail(error, status == CA_ERROR_ARGUMENT ? CA_ERROR_UNSUPPORTED : status, NULL, "%s: %.900s",
                        image->path, reason.message);
-    if (c->map_path)
-        status = ca_compare_write_maps(c->map_path, c->options->reference, image, &c->metrics, maps, error);
+    print_image(&c->metrics, image);
+    if (c->map_path) write_maps(c, image, maps);
     ca_layers_destroy(maps);
-    return status;
+    return CA_OK;
 }
 
 static void warn(const ca_compared_image *image)
@@ -408,24 +432,37 @@ static ca_status compare_each(comparing *c, const ca_text_list *paths, char *con
         c->map_path = map_names ? map_names[i] : NULL;
         images[i] = (ca_compared_image){.path = paths->items[i]};
         CA_TRY(compare_file(c, &images[i], error));
-        print_image(&c->metrics, &images[i]);
-        if (map_names) ca_say(stdout, "  wrote               %s\n", map_names[i]);
         warn(&images[i]);
     }
     return CA_OK;
 }
 
-static ca_status write_results(const compare_options *o, ca_compare_page *page, const ca_compared_image *images,
-                               size_t count, ca_error *error)
+static void write_page(comparing *c)
 {
     ca_error reason = {""};
-    ca_status all = o->html ? ca_compare_page_finish(page, error) : CA_OK;
-    if (o->html && all == CA_OK) ca_say(stdout, "wrote %s\n", o->html);
-    if (!o->stats) return all;
+    const ca_status status = ca_compare_page_finish(c->page, &reason);
+    if (status == CA_OK) ca_say(stdout, "wrote %s\n", c->options->html);
+    ca_output_note(&c->written, c->failure, status, &reason);
+}
+
+static void write_stats(comparing *c, const ca_compared_image *images, size_t count)
+{
+    const compare_options *o = c->options;
+    ca_error reason = {""};
     const ca_status status = ca_stats_write_compare(o->stats, o->reference, &o->metrics, images, count, &reason);
     if (status == CA_OK) ca_say(stdout, "wrote %s\n", o->stats);
-    ca_output_note(&all, error, status, &reason);
-    return all;
+    ca_output_note(&c->written, c->failure, status, &reason);
+}
+
+/* A page that cannot be begun does not keep the rest from being measured. */
+static void begin_page(comparing *c, ca_compare_page *page)
+{
+    const compare_options *o = c->options;
+    ca_error reason = {""};
+    const ca_status status =
+        ca_compare_page_create(page, o->html, o->reference, c->region, o->html_layers, &reason);
+    if (status == CA_OK) c->page = page;
+    ca_output_note(&c->written, c->failure, status, &reason);
 }
 
 static ca_status compare_all(const compare_options *o, const ca_compare_settings *region, const ca_text_list *paths,
@@ -434,15 +471,17 @@ static ca_status compare_all(const compare_options *o, const ca_compare_settings
     ca_image_layers *reference = NULL;
     ca_compare_page page = {0};
     CA_TRY(ca_layers_read(o->reference, &reference, error));
-    comparing c = {.options = o, .reference = reference, .region = region, .page = o->html ? &page : NULL};
-    ca_status status = CA_OK;
-    if (o->html) status = ca_compare_page_create(&page, o->html, o->reference, region, o->html_layers, error);
-    if (status == CA_OK && o->html) status = ca_compare_page_check_layers(&page, paths, reference, error);
-    if (status == CA_OK) status = compare_each(&c, paths, map_names, images, error);
-    if (status == CA_OK) status = write_results(o, &page, images, paths->count, error);
+    ca_error reason = {""};
+    comparing c = {.options = o, .reference = reference, .region = region, .failure = error};
+    if (o->html) begin_page(&c, &page);
+    ca_status status = c.page ? ca_compare_page_check_layers(&page, paths, reference, &reason) : CA_OK;
+    if (status == CA_OK) status = compare_each(&c, paths, map_names, images, &reason);
+    if (status == CA_OK && c.page) write_page(&c);
+    if (status == CA_OK && o->stats) write_stats(&c, images, paths->count);
+    ca_output_note(&c.written, error, status, &reason);
     ca_compare_page_destroy(&page);
     ca_layers_destroy(reference);
-    return status;
+    return c.written;
 }
 
 static ca_compare_settings region_of(const compare_options *o, ca_pixel_rect *masks)

@@ -5,6 +5,7 @@
 #include "cli/outputs.h"
 #include "cli/say.h"
 #include "cli/shared_options.h"
+#include "cli/signals.h"
 #include "sampling/sampler.h"
 
 #include <stdio.h>
@@ -136,14 +137,23 @@ static void print_summary(const ca_converge *c)
     ca_say(stdout, "wrote %s/index.html\n", c->options->folder);
 }
 
+/* Whatever failed, the steps that are complete are written. */
+static ca_status make(ca_converge *c, ca_error *error)
+{
+    ca_error reason = {""};
+    ca_status status = ca_converge_render_all(c, error);
+    if (c->steps_done == 0) return status;
+    ca_output_note(&status, error, write_results(c, &reason), &reason);
+    if (status == CA_OK && !c->options->quiet) print_summary(c);
+    return status;
+}
+
 /* *complete: no signal came in between. */
 static ca_status run(const ca_converge_options *o, bool *complete, ca_error *error)
 {
     ca_converge c;
     ca_status status = ca_converge_open(&c, o, error);
-    if (status == CA_OK) status = ca_converge_render_all(&c, error);
-    if (status == CA_OK && c.steps_done > 0) status = write_results(&c, error);
-    if (status == CA_OK && c.steps_done > 0 && !o->quiet) print_summary(&c);
+    if (status == CA_OK) status = make(&c, error);
     *complete = c.renders_done == c.render_count;
     if (status == CA_OK && !*complete) {
         fflush(stdout);
@@ -164,7 +174,9 @@ int ca_command_converge(int word_count, char *const words[])
     ca_render_settings_init(&o.settings);
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = ca_options_scene_operand(&operands, &o.scene, &error);
+    ca_signals_catch_save(); /* pictures are written when they are done: the work goes on */
     if (status == CA_OK) status = run(&o, &complete, &error);
+    ca_signals_release_save();
     ca_text_list_destroy(&o.integrators);
     ca_text_list_destroy(&o.defines);
     ca_text_list_destroy(&operands);

@@ -505,7 +505,9 @@ int ca_command_noise(int word_count, char *const words[])
     ca_render_settings_init(&o.settings);
     ca_status status = ca_options_parse(&table, word_count, words, &o, &operands, &error);
     if (status == CA_OK) status = check(&o, &operands, &report, &error);
+    ca_signals_catch_save(); /* there is no picture yet, but the work goes on */
     if (status == CA_OK) status = load_and_measure(&o, &report, &error);
+    ca_signals_release_save();
     ca_free(report.predictions);
     ca_places_destroy(&o.places);
     ca_text_list_destroy(&o.outputs);

@@ -2,6 +2,7 @@
 #include "cli/commands.h"
 #include "cli/outputs.h"
 #include "cli/shared_options.h"
+#include "cli/signals.h"
 #include "cli/study_analyse.h"
 #include "cli/study_page.h"
 
@@ -91,7 +92,9 @@ static ca_status make_study(const study_options *o, const char *path, ca_error *
     if (status == CA_OK) status = ca_options_scene_memory(&work.memory_mib, error);
     if (status == CA_OK) status = ca_places_read(&places, path, "which is the study", error);
     if (status == CA_OK) status = ca_places_write_in(&places, o->folder, "index.html", "--output", error);
+    ca_signals_catch_save(); /* pictures are written when they are done: the work goes on */
     if (status == CA_OK) status = ca_study_render_images(&work, &id, error);
+    ca_signals_release_save();
     if (status == CA_OK) status = ca_study_write_page(&work, id, error);
     ca_study_config_destroy(&config);
     ca_places_destroy(&places);

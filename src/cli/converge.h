@@ -93,6 +93,8 @@ typedef struct ca_converge {
     double *fit_x, *fit_y;     /* scratch for one integrator's renders */
     double reference_noise[2]; /* what the reference's own noise adds to RMSE (as its square's root) and relMSE; NAN:
                                   not known */
+    ca_status written;         /* of renders whose files could not be written: the last one's failure */
+    ca_error failure;
     ca_arena memory;           /* of all the above but scene and reference */
 } ca_converge;
 

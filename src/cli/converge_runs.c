@@ -9,8 +9,10 @@
 #include "film/confidence.h"
 #include "render/part_settings.h"
 
+#include <errno.h>
 #include <math.h>
 #include <string.h>
+#include <unistd.h>
 
 static const char key_attribute[] = "caustica.converge", iterations_attribute[] = "caustica.iterations";
 
@@ -48,11 +50,8 @@ bool ca_converge_chosen(const ca_converge *c, const ca_converge_render *r)
 
 /* ---- What is there --------------------------------------------------------------------------------------------- */
 
-static bool is_there(const char *path)
-{
-    FILE *file = fopen(path, "rb");
-    return file && fclose(file) == 0;
-}
+/* What cannot be looked at just now may be there. */
+static bool is_there(const char *path) { return access(path, F_OK) == 0 || (errno != ENOENT && errno != ENOTDIR); }
 
 static size_t line_length(const char *text) { return strcspn(text, "\n"); }
 
@@ -70,7 +69,8 @@ static void say_changed(const ca_converge *c, const ca_converge_render *r, const
     }
 }
 
-/* *image stays NULL where there is no file, or one made with other settings. */
+/* *image stays NULL where there is no file, a damaged one, or one made with other settings. One that cannot be read
+ * is not rendered again: it may be what is wanted. */
 static ca_status take_file(const ca_converge *c, const ca_converge_render *r, ca_image_layers **image,
                            ca_error *error)
 {
@@ -78,8 +78,9 @@ static ca_status take_file(const ca_converge *c, const ca_converge_render *r, ca
     *image = NULL;
     if (!is_there(r->path)) return CA_OK;
     const ca_status status = ca_layers_read(r->path, image, &reason);
-    if (status == CA_ERROR_MEMORY) return ca_fail(error, status, NULL, "%s", reason.message);
-    if (status != CA_OK) {
+    const bool damaged = status == CA_ERROR_FORMAT || status == CA_ERROR_UNSUPPORTED;
+    if (status != CA_OK && !damaged) return ca_fail(error, status, NULL, "%s", reason.message);
+    if (damaged) {
         *image = NULL;
         if (!c->options->quiet) ca_say(stdout, "%s: rendered anew\n", reason.message);
         return CA_OK;
@@ -125,6 +126,14 @@ static ca_status keep(const ca_converge_render *r, ca_image_layers *image, const
     return ca_layers_write(image, r->path, 0.0f, error);
 }
 
+/* One that cannot be written is measured all the same: hours may have gone into it. */
+static void keep_or_note(ca_converge *c, const ca_converge_render *r, ca_image_layers *image,
+                         const ca_render_statistics *statistics)
+{
+    ca_error reason = {""};
+    ca_output_note(&c->written, &c->failure, keep(r, image, statistics, &reason), &reason);
+}
+
 /* Says once what pictures of the integrator will lack; those of the last step lack the least. */
 static ca_status look_ahead(ca_converge *c, const ca_converge_render *r, ca_error *error)
 {
@@ -154,9 +163,9 @@ static ca_status render(ca_converge *c, const ca_converge_render *r, ca_image_la
     if (statistics.interrupted || status == CA_ERROR_INTERRUPTED) return CA_ERROR_INTERRUPTED;
     if (status != CA_OK)
         return ca_fail(error, status, NULL, "%.200s: %.800s", c->integrators[r->integrator].text, reason.message);
-    status = keep(r, *image, &statistics, error);
-    if (status == CA_OK) ca_outputs_warn(&statistics);
-    return status;
+    keep_or_note(c, r, *image, &statistics);
+    ca_outputs_warn(&statistics);
+    return CA_OK;
 }
 
 /* ---- Measuring ------------------------------------------------------------------------------------------------- */
@@ -232,6 +241,8 @@ ca_status ca_converge_render_all(ca_converge *c, ca_error *error)
     }
     ca_signals_release();
     if (status == CA_ERROR_INTERRUPTED) status = CA_OK; /* the renders before it stay */
+    ca_error reason = c->failure;
+    ca_output_note(&status, error, c->written, &reason);
     c->steps_done = c->renders_done / (c->integrator_count * c->repeats);
     return status;
 }

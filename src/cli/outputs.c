@@ -248,6 +248,7 @@ ca_status ca_output_check_folder(const char *path, ca_error *error)
     if (!S_ISDIR(info.st_mode)) return ca_fail(error, CA_ERROR_FILE, NULL, "%s: this is not a folder", path);
     if (access(path, W_OK | X_OK) != 0)
         return ca_fail(error, CA_ERROR_FILE, NULL, "%s: no permission to write in this folder", path);
+    ca_leftovers_find_in(path, say_leftover, NULL);
     return CA_OK;
 }
 

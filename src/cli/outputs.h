@@ -96,7 +96,7 @@ void ca_output_note(ca_status *all, ca_error *error, ca_status status, const ca_
  * image lacks layers. Nothing where all is well. */
 void ca_outputs_warn(const ca_render_statistics *statistics);
 
-/* The same for a folder that exists or will be made. */
+/* The same for a folder that exists or will be made; names temporary files of killed programs in it. */
 ca_status ca_output_check_folder(const char *path, ca_error *error);
 
 /* "NAME.extension" in the current folder, NAME being the scene file's without folder and extension. The caller frees

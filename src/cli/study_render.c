@@ -62,15 +62,20 @@ static void describe(const ca_study_work *work, const ca_scene *scene, const ca_
              render->sampler ? render->sampler : "of the scene", render->spp, render->seed);
 }
 
-/* Is there an image with these settings? One that cannot be read is rendered again. */
-static bool is_done(const char *path, const char *settings)
+/* *done: there is an image with these settings. A damaged one is rendered again; one that cannot be read is not, as
+ * it may be what is wanted. */
+static ca_status look_for(const char *path, const char *settings, bool *done, ca_error *error)
 {
     ca_image_layers *layers;
-    if (access(path, F_OK) != 0 || ca_layers_read(path, &layers, NULL) != CA_OK) return false;
+    *done = false;
+    if (access(path, F_OK) != 0 && (errno == ENOENT || errno == ENOTDIR)) return CA_OK;
+    const ca_status status = ca_layers_read(path, &layers, error);
+    if (status == CA_ERROR_FORMAT || status == CA_ERROR_UNSUPPORTED) return CA_OK;
+    if (status != CA_OK) return status;
     const ca_attribute *its = ca_layers_attribute(layers, settings_attribute);
-    const bool same = its && its->text && strcmp(its->text, settings) == 0;
+    *done = its && its->text && strcmp(its->text, settings) == 0;
     ca_layers_destroy(layers);
-    return same;
+    return CA_OK;
 }
 
 static ca_status render_scene(const ca_study_work *work, const ca_scene *scene, const ca_study_render *render,
@@ -117,6 +122,16 @@ static ca_status render_file(const ca_study_work *work, const ca_scene *scene, c
         ca_say(stdout, "rendered %s, %.4g %s per pixel, %s\n", path, statistics.samples_per_pixel,
                ca_noun(statistics.samples_per_pixel, "sample", "samples"), time);
     fflush(stdout);
+    return CA_OK;
+}
+
+static ca_status render_unless_done(const ca_study_work *work, const ca_scene *scene, const ca_study_render *render,
+                                    const char *path, const char *settings, ca_error *error)
+{
+    bool done;
+    CA_TRY(look_for(path, settings, &done, error));
+    if (!done) return render_file(work, scene, render, path, settings, error);
+    if (!work->quiet) ca_say(stdout, "there is %s\n", path);
     return CA_OK;
 }
 
@@ -169,11 +184,9 @@ static ca_status make_image(const ca_study_work *work, uint32_t number, bool is_
         status = ca_fail_memory(error, "the study");
     } else if (only_ask) {
         status = note_places(work, scene, path, error);
-    } else if (is_done(path, settings)) {
-        if (!work->quiet) ca_say(stdout, "there is %s\n", path);
     } else {
         ca_error reason = {""};
-        status = render_file(work, scene, render, path, settings, &reason);
+        status = render_unless_done(work, scene, render, path, settings, &reason);
         if (status != CA_OK)
             ca_fail(error, status, NULL, "scenario %s, %s: %.800s", scenario->name,
                     is_reference ? "reference" : "image", reason.message);

@@ -440,6 +440,22 @@ static void check_output(const faulty_run *f, const char *output, bool ended)
     if (!same_content(folder, f->command, output, name)) fail_run(f, "%s has another content", output);
 }
 
+/* One call that fails loses one output at most, once outputs are written: the others are still written. Those of a
+ * folder depend on each other, and what is kept was there before. */
+static void check_others(const faulty_run *f)
+{
+    const torture_command *command = f->command;
+    int written = 0, unwritten = 0;
+    const bool one_call = f->kind == TORTURE_FILES && !f->stays;
+    if (!one_call || command->folder || command->kept) return;
+    for (int i = 0; i < TORTURE_OUTPUTS && command->outputs[i]; i++)
+        if (is_as_before(f->program->folder, command, command->outputs[i]))
+            unwritten++;
+        else
+            written++;
+    if (written > 0 && unwritten > 1) fail_run(f, "%d outputs are lost with one", unwritten - 1);
+}
+
 /* For note_left: nftw has no pointer for its caller. */
 static const faulty_run *looked_at;
 static char left[512];
@@ -482,6 +498,7 @@ bool torture_run(const ca_program *program, const torture_command *command, tort
     if (!ended && f.result.exit_status != 0 && f.result.exit_status != 1) fail_run(&f, "it ends otherwise");
     if (f.result.exit_status == 1 && !names_cause(&f)) fail_run(&f, "the cause is not named");
     for (int i = 0; i < TORTURE_OUTPUTS && command->outputs[i]; i++) check_output(&f, command->outputs[i], ended);
+    check_others(&f);
     check_nothing_left(&f, ended);
     return ended;
 }
