@@ -296,8 +296,9 @@ typedef struct ca_render_settings {
     /* A number that another thread or a signal handler may set to other than 0, by an atomic store, and which then
      * stays so: work ends within half a second, in the middle of a pass or block, which then is no part of the
      * image. Making the image of the whole ones counts: two threads make one of a megapixel in that time, of more it
-     * takes longer (see `discard`). Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL:
-     * passes are finished. */
+     * takes longer (see `discard`). Layers that the scene asks for (`aov`) have up to a second of their own, and are
+     * left out where they take longer (`lacks_layers`). Where there was no whole pass or block yet, there is no
+     * image: CA_ERROR_INTERRUPTED. NULL: passes are finished. */
     const int *stop;
     /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
      * ca_render; it is rank 0 that reports, writes and has the image (the others get none). The image is the same,
