@@ -311,6 +311,10 @@ typedef struct ca_render_settings {
      * made then, nor are a part file and pictures of techniques, and the call ends within half a second whatever the
      * image's size: CA_ERROR_INTERRUPTED. A pass under way is ended by `stop` alone. NULL: the image is made. */
     const int *discard;
+    /* Called with progress_user where another render has checkpoint_path, or left a file there, when this one locks
+     * it: gives a name that is tried instead (the text of checkpoint_path may have become this name), and stays while
+     * ca_render is at work. NULL, also as its answer: that is an error, as it is of a file that is gone on from. */
+    const char *(*checkpoint_taken)(void *user);
 } ca_render_settings;
 
 #define ca_render_settings_init(settings) ca_render_settings_init_sized(settings, sizeof(ca_render_settings))
