@@ -296,8 +296,9 @@ typedef struct ca_render_settings {
     /* A number that another thread or a signal handler may set to other than 0, by an atomic store, and which then
      * stays so: work ends within half a second, in the middle of a pass or block, which then is no part of the
      * image. Making the image of the whole ones counts: two threads make one of a megapixel in that time, of more it
-     * takes longer (see `discard`). Where there was no whole one yet, there is no image: CA_ERROR_INTERRUPTED. NULL:
-     * passes are finished. */
+     * takes longer (see `discard`). Layers that the scene asks for (`aov`) have up to a second of their own, and are
+     * left out where they take longer (`lacks_layers`). Where there was no whole pass or block yet, there is no
+     * image: CA_ERROR_INTERRUPTED. NULL: passes are finished. */
     const int *stop;
     /* Other processes that make the same picture (render/ranks.h), for the program; NULL: none. All of them call
      * ca_render; it is rank 0 that reports, writes and has the image (the others get none). The image is the same,
@@ -310,6 +311,10 @@ typedef struct ca_render_settings {
      * made then, nor are a part file and pictures of techniques, and the call ends within half a second whatever the
      * image's size: CA_ERROR_INTERRUPTED. A pass under way is ended by `stop` alone. NULL: the image is made. */
     const int *discard;
+    /* Called with progress_user where another render has checkpoint_path, or left a file there, when this one locks
+     * it: gives a name that is tried instead (the text of checkpoint_path may have become this name), and stays while
+     * ca_render is at work. NULL, also as its answer: that is an error, as it is of a file that is gone on from. */
+    const char *(*checkpoint_taken)(void *user);
 } ca_render_settings;
 
 #define ca_render_settings_init(settings) ca_render_settings_init_sized(settings, sizeof(ca_render_settings))

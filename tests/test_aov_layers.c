@@ -1,7 +1,9 @@
 /* Layers of what camera rays meet first, by names of the scene: against what is known of a square in front of the
  * eye, and against the layers that every picture has. */
+#include "base/clock.h"
 #include "base/memory.h"
 #include "image/layers.h"
+#include "render/aov_layers.h"
 #include "support/scene_text.h"
 
 #include <math.h>
@@ -107,31 +109,103 @@ static void any_number_of_threads_makes_the_same(void **state)
     ca_image_release(three);
 }
 
-/* Who asks to stop gets the picture of whole passes, without layers, and is told. */
-static bool end_after_a_pass(const ca_render_progress *progress, void *user)
+/* Asks for the end after some passes, as a signal does a second after it came: the work is then to end at once. */
+typedef struct ending {
+    uint32_t passes;
+    int stop;
+    double asked; /* when; by the clock */
+} ending;
+
+static bool end_after_passes(const ca_render_progress *progress, void *user)
 {
-    if (progress->passes_done > 0) __atomic_store_n((int *)user, 1, __ATOMIC_RELAXED);
-    return progress->passes_done == 0;
+    ending *end = user;
+    if (progress->passes_done < end->passes) return true;
+    end->asked = ca_clock_seconds();
+    __atomic_store_n(&end->stop, 1, __ATOMIC_RELAXED);
+    return false;
 }
 
+/* Returns the seconds from the stop to the end of the call. */
+static double render_until(const char *text, ending *end, uint32_t side, ca_image_layers **image,
+                           ca_render_statistics *statistics)
+{
+    ca_scene *scene = scene_from_text(text);
+    ca_render_settings settings;
+    ca_render_settings_init(&settings);
+    ca_render_statistics_init(statistics);
+    settings.samples_per_pixel = 1000;
+    settings.threads = 1;
+    settings.width = settings.height = side;
+    settings.progress = end_after_passes;
+    settings.progress_user = end;
+    settings.stop = &end->stop;
+    assert_int_equal(ca_render(scene, &settings, image, statistics, NULL), CA_OK);
+    const double seconds = ca_clock_seconds() - end->asked;
+    assert_true(statistics->interrupted && statistics->iterations == end->passes);
+    assert_non_null(ca_layers_find(*image, "R"));
+    ca_scene_release(scene);
+    return seconds;
+}
+
+/* The stop that was set in the last pass does not end what begins after it. */
+static void a_stop_leaves_them_time(void **state)
+{
+    (void)state;
+    ending end = {.passes = 2};
+    ca_image_layers *image;
+    ca_render_statistics statistics;
+    render_until(scene_text, &end, SIDE, &image, &statistics);
+    assert_false(statistics.lacks_layers);
+    for (uint32_t i = 0; i < PIXELS; i++) assert_near(at(image, "a.G", i), 0.3, 1e-6);
+    assert_near(at(image, "shp.I", PIXELS - 1), 1.0, 0.0);
+    ca_image_release(image);
+}
+
+/* Colours that take long to find: of a costly material, sixteen times. */
+static const char slow_text[] =
+    "<scene version=\"3.0.0\"><integrator type=\"aov\"><string name=\"aovs\" value=\"a0:albedo,a1:albedo,a2:albedo,"
+    "a3:albedo,a4:albedo,a5:albedo,a6:albedo,a7:albedo,a8:albedo,a9:albedo,b0:albedo,b1:albedo,b2:albedo,b3:albedo,"
+    "b4:albedo,b5:albedo\"/><integrator type=\"path\"><integer name=\"max_depth\" value=\"1\"/></integrator>"
+    "</integrator><sensor type=\"perspective\"><float name=\"fov\" value=\"30\"/><transform name=\"to_world\">"
+    "<lookat origin=\"0,0,5\" target=\"0,0,0\" up=\"0,1,0\"/></transform><film type=\"hdrfilm\">"
+    "<rfilter type=\"box\"/></film></sensor><shape type=\"rectangle\"><transform name=\"to_world\">"
+    "<scale x=\"2\" y=\"2\"/></transform><bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>"
+    "<bsdf type=\"roughconductor\"/><bsdf type=\"principled\"/></bsdf></shape>"
+    "<emitter type=\"constant\"/></scene>";
+
+/* Who asks to stop waits for them a second, and then gets the picture of whole passes without them, and is told. */
 static void a_stop_leaves_them_out(void **state)
 {
     (void)state;
-    ca_scene *scene = scene_from_text(scene_text);
-    ca_render_settings settings;
-    ca_render_statistics statistics = {.size = sizeof statistics};
+    ending end = {.passes = 10};
     ca_image_layers *image;
-    int stop = 0;
-    ca_render_settings_init(&settings);
-    settings.samples_per_pixel = 1000;
-    settings.progress = end_after_a_pass;
-    settings.progress_user = &stop;
-    settings.stop = &stop;
-    assert_int_equal(ca_render(scene, &settings, &image, &statistics, NULL), CA_OK);
-    assert_true(statistics.interrupted && statistics.lacks_layers);
-    assert_non_null(ca_layers_find(image, "R"));
-    assert_null(ca_layers_find(image, "d.y.T"));
+    ca_render_statistics statistics;
+    const double seconds = render_until(slow_text, &end, 640, &image, &statistics);
+    printf("without layers after %.3f s\n", seconds);
+    assert_true(statistics.lacks_layers && seconds >= CA_AOV_SECONDS);
+    assert_null(ca_layers_find(image, "a0.R"));
     ca_image_release(image);
+}
+
+/* Nobody wants the image any more: nothing of them is traced. */
+static void they_are_discarded_at_once(void **state)
+{
+    (void)state;
+    ca_scene *scene = scene_from_text(slow_text);
+    const int asked = 1;
+    ca_render_settings settings;
+    ca_render_plan plan;
+    ca_image_layers *image;
+    ca_render_settings_init(&settings);
+    settings.threads = 1;
+    settings.width = settings.height = 640;
+    settings.discard = &asked;
+    assert_int_equal(ca_render_plan_make(&plan, scene, &settings, NULL), CA_OK);
+    assert_int_equal(ca_layers_create(&image, settings.width, settings.height, NULL), CA_OK);
+    const double start = ca_clock_seconds();
+    assert_int_equal(ca_aov_layers_add(&plan, CA_AOV_SAMPLES, image, NULL), CA_ERROR_INTERRUPTED);
+    assert_true(image->channel_count == 0 && ca_clock_seconds() - start < CA_AOV_SECONDS);
+    ca_layers_destroy(image);
     ca_scene_release(scene);
 }
 
@@ -266,7 +340,9 @@ int main(void)
         cmocka_unit_test(layers_show_the_square),
         cmocka_unit_test(they_are_the_picture_s_own),
         cmocka_unit_test(any_number_of_threads_makes_the_same),
+        cmocka_unit_test(a_stop_leaves_them_time),
         cmocka_unit_test(a_stop_leaves_them_out),
+        cmocka_unit_test(they_are_discarded_at_once),
         cmocka_unit_test(memory_is_kept_back_for_them),
         cmocka_unit_test(depth_is_a_layer),
         cmocka_unit_test(albedo_is_mitsuba_s),

@@ -160,6 +160,123 @@ static void test_a_failed_sync_is_not_the_last_write(void **state)
     unlink(file("c.part"));
 }
 
+/* The names c-2.part, c-3.part and so on, up to a last number. */
+typedef struct next_names {
+    int number, last;
+    char path[256];
+} next_names;
+
+static const char *next_name(void *user)
+{
+    next_names *names = user;
+    char name[32];
+    if (names->number >= names->last) return NULL;
+    snprintf(name, sizeof name, "c-%d.part", ++names->number);
+    snprintf(names->path, sizeof names->path, "%s", file(name));
+    return names->path;
+}
+
+static ca_status write_mine(void *user, const char *path, ca_error *error)
+{
+    (void)error;
+    FILE *stream = fopen(path, "wb");
+    assert_non_null(stream);
+    fputs(user, stream);
+    return fclose(stream) == 0 ? CA_OK : CA_ERROR_FILE;
+}
+
+static void expect_text(const char *name, const char *text)
+{
+    ca_bytes bytes = read_all(name);
+    assert_string_equal((const char *)bytes.data, text);
+    ca_bytes_destroy(&bytes);
+}
+
+/* Of a render that nobody asked to keep: its file is locked when it is first written. */
+static ca_render_settings kept_by_itself(next_names *names)
+{
+    ca_render_settings s = kept("path", 2, 1);
+    s.resume = false;
+    s.checkpoint_if_long = true;
+    s.checkpoint_taken = next_name;
+    s.progress_user = names;
+    return s;
+}
+
+/* Two renders have chosen one name: the second one takes the next that is neither at work nor left by another one.
+ * What is there already stays, whoever made it. */
+static void test_a_name_that_another_render_has_taken(void **state)
+{
+    (void)state;
+    next_names names = {.number = 1, .last = 9};
+    const ca_render_settings s = kept_by_itself(&names);
+    ca_checkpoint c;
+    ca_file_lock other;
+    bool taken;
+    unlink(file("c.part"));
+    assert_int_equal(ca_checkpoint_start(&c, &s, NULL), CA_OK);
+    assert_true(ca_file_lock_take(&other, file("c.part"), &taken, NULL) == CA_OK && taken);
+    write_all("c-2.part", (const unsigned char *)"left", 4);
+    for (int i = 0; i < 2; i++) {
+        ca_checkpoint_write(&c, write_mine, i ? "later" : "first");
+        if (ca_checkpoint_failure(&c)) fail_msg("%s", ca_checkpoint_failure(&c));
+        assert_int_equal(names.number, 3);
+        expect_text("c-3.part", i ? "later" : "first");
+    }
+    assert_true(c.is_kept && is_there("c-3.part.lock") && !is_there("c-2.part.lock") && !is_there("c.part"));
+    expect_text("c-2.part", "left");
+    ca_checkpoint_end(&c);
+    ca_file_lock_release(&other);
+    assert_false(is_there("c-3.part.lock"));
+    unlink(file("c-2.part"));
+    unlink(file("c-3.part"));
+}
+
+/* Where there is no other name, or the name is not the problem, it is an error as ever. */
+static void test_names_come_to_an_end(void **state)
+{
+    (void)state;
+    next_names names = {.number = 1, .last = 2};
+    ca_render_settings s = kept_by_itself(&names);
+    ca_checkpoint c;
+    assert_int_equal(ca_checkpoint_start(&c, &s, NULL), CA_OK);
+    write_all("c.part", (const unsigned char *)"left", 4);
+    write_all("c-2.part", (const unsigned char *)"left", 4);
+    ca_checkpoint_write(&c, write_mine, "mine");
+    assert_non_null(strstr(ca_checkpoint_failure(&c), "c-2.part: there is a checkpoint already"));
+    ca_checkpoint_end(&c);
+    expect_text("c.part", "left");
+    expect_text("c-2.part", "left");
+    assert_int_equal(unlink(file("c-2.part")), 0);
+    s.checkpoint_path = file("gone/c.part"); /* there is no such folder */
+    names.number = 1;
+    assert_int_equal(ca_checkpoint_start(&c, &s, NULL), CA_OK);
+    ca_checkpoint_write(&c, write_mine, "mine");
+    assert_non_null(strstr(ca_checkpoint_failure(&c), "gone/c.part.lock: cannot lock"));
+    ca_checkpoint_end(&c);
+    assert_int_equal(names.number, 1);
+}
+
+/* One that is gone on from is that one, and none else. */
+static void test_what_is_gone_on_from_has_one_name(void **state)
+{
+    (void)state;
+    next_names names = {.number = 1, .last = 9};
+    ca_render_settings s = kept_by_itself(&names);
+    ca_checkpoint c;
+    ca_error error = {""};
+    ca_file_lock other;
+    bool taken;
+    s.resume = true;
+    write_all("c.part", (const unsigned char *)"left", 4);
+    assert_true(ca_file_lock_take(&other, file("c.part"), &taken, NULL) == CA_OK && taken);
+    assert_int_equal(ca_checkpoint_start(&c, &s, &error), CA_ERROR_FILE);
+    assert_non_null(strstr(error.message, "c.part: another render is at work with this checkpoint"));
+    ca_file_lock_release(&other);
+    assert_int_equal(names.number, 1);
+    unlink(file("c.part"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -167,6 +284,9 @@ int main(void)
         cmocka_unit_test(test_a_checkpoint_that_cannot_be_written),
         cmocka_unit_test(test_a_checkpoint_that_nobody_asked_for),
         cmocka_unit_test(test_a_failed_sync_is_not_the_last_write),
+        cmocka_unit_test(test_a_name_that_another_render_has_taken),
+        cmocka_unit_test(test_names_come_to_an_end),
+        cmocka_unit_test(test_what_is_gone_on_from_has_one_name),
     };
     return cmocka_run_group_tests(tests, begin_small_renders, end_small_renders);
 }

@@ -197,6 +197,36 @@ static void test_of_another_render(void **state)
     assert_true(exists(folder_of(state), "k.exr.checkpoint.part"));
 }
 
+/* Renders of one first output at a time: each keeps a number of its own, also where none has written its file yet,
+ * and removes that one alone. A number that is an output is left to it. */
+static void test_one_name_at_a_time(void **state)
+{
+    static const char *const words[] = {"render", "ball.xml", "--spp=1000000",           "--quiet", "-o", "p.png",
+                                        "-o",     "a.exr",    "--checkpoint-every=1000", NULL};
+    ca_program_result first, r;
+    const char *folder = folder_of(state);
+    const pid_t process = ca_program_start(*state, words, -1);
+    ca_program_wait_for(*state, "p.png.checkpoint.part.lock");
+    RUN(&r, "render", "ball.xml", "--quiet", "-o", "p.png", "-o", "b.exr", "--checkpoint-every=1e-6");
+    assert_exit(&r, 0);
+    assert_string_equal(r.errors, "caustica: another render has taken the name of this one's checkpoint: "
+                                  "this one keeps p.png.checkpoint-2.part\n");
+    assert_true(exists(folder, "b.exr") && exists(folder, "p.png.checkpoint.part.lock"));
+    assert_false(exists(folder, "p.png.checkpoint-2.part") || exists(folder, "p.png.checkpoint-2.part.lock"));
+    RUN(&r, "render", "ball.xml", "--quiet", "-o", "p.png", "-o", "p.png.checkpoint-2.part", "--resume",
+        "--checkpoint-every=1e-6");
+    assert_exit(&r, 0);
+    assert_says(r.errors, "keeps p.png.checkpoint-3.part\n");
+    assert_true(exists(folder, "p.png.checkpoint-2.part") && !exists(folder, "p.png.checkpoint-3.part"));
+    RUN(&r, "render", "ball.xml", "-o", "c.exr", "--checkpoint=p.png.checkpoint.part");
+    assert_exit(&r, 1); /* a name that was asked for gets no number */
+    assert_says(r.errors, "p.png.checkpoint.part: another render is at work with this checkpoint");
+    kill(process, SIGTERM);
+    ca_program_finish(*state, process, &first);
+    assert_exit(&first, 0);
+    assert_true(exists(folder, "p.png.checkpoint.part") && exists(folder, "a.exr"));
+}
+
 /* Every file is limited to fewer bytes than a checkpoint has, but not than the picture. */
 static void test_full_disk(void **state)
 {
@@ -316,7 +346,7 @@ int main(void)
         PROGRAM_TEST(test_kills),     PROGRAM_TEST(test_signals_and_second_jobs), PROGRAM_TEST(test_names_by_itself),
         PROGRAM_TEST(test_full_disk), PROGRAM_TEST(test_changed_texture),         PROGRAM_TEST(test_parts),
         PROGRAM_TEST(test_of_another_render), PROGRAM_TEST(test_newest_number),
-        PROGRAM_TEST(test_leftovers_of_numbers), PROGRAM_TEST(test_gaps),
+        PROGRAM_TEST(test_leftovers_of_numbers), PROGRAM_TEST(test_gaps), PROGRAM_TEST(test_one_name_at_a_time),
     };
     return run_program_tests("checkpoints", tests, sizeof tests / sizeof tests[0]);
 }

@@ -8,6 +8,7 @@
 #include "support/sample_folder.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -172,6 +173,62 @@ static void a_folder_that_is_not_synced(void **unused)
     }
 }
 
+/* What stat and readlink say; 0: as it is. */
+static int stat_problem, readlink_problem;
+
+/* In the C library's place, as fsync above. */
+int stat(const char *path, struct stat *info)
+{
+    errno = stat_problem;
+    return stat_problem ? -1 : fstatat(AT_FDCWD, path, info, 0);
+}
+
+ssize_t readlink(const char *path, char *target, size_t size)
+{
+    errno = readlink_problem;
+    return readlink_problem ? -1 : readlinkat(AT_FDCWD, path, target, size);
+}
+
+/* Writes to a link that leads to a file of mode 0600, while looking at files has a problem. */
+static ca_status write_to_link(int stat_says, int readlink_says, ca_error *error)
+{
+    ca_file_writer writer;
+    stat_problem = stat_says;
+    readlink_problem = readlink_says;
+    ca_status status = ca_file_create(&writer, path_to("link"), error);
+    if (status == CA_OK) status = ca_file_commit(&writer, error);
+    stat_problem = readlink_problem = 0;
+    return status;
+}
+
+/* A disk that fails, or a server that forgot the file, does not make a secret file a new one that all may read, nor
+ * a link a file: nothing is written, and the reason is told. */
+static void what_cannot_be_looked_at(void **unused)
+{
+    (void)unused;
+    static const int problems[] = {EIO, ESTALE, EACCES};
+    struct stat info;
+    char secret[256];
+    snprintf(secret, sizeof secret, "%s", path_to("secret"));
+    sample_write(secret, "mine", 4);
+    assert_true(chmod(secret, 0600) == 0 && symlink("secret", path_to("link")) == 0);
+    for (size_t i = 0; i < 2 * sizeof problems / sizeof problems[0]; i++) {
+        const int problem = problems[i / 2];
+        char expected[256];
+        ca_error error = {{0}};
+        const ca_status status = i % 2 ? write_to_link(problem, 0, &error) : write_to_link(0, problem, &error);
+        if (status != CA_ERROR_FILE) fail_msg("%s: %s", strerror(problem), ca_status_name(status));
+        snprintf(expected, sizeof expected, "/link: cannot write: %s", strerror(problem));
+        if (!strstr(error.message, expected)) fail_msg("\"%s\" is not said in \"%s\"", expected, error.message);
+        assert_true(lstat(path_to("link"), &info) == 0 && S_ISLNK(info.st_mode));
+        assert_true(lstat(secret, &info) == 0 && info.st_size == 4);
+    }
+    assert_int_equal(write_to_link(0, 0, NULL), CA_OK);
+    assert_true(lstat(path_to("link"), &info) == 0 && S_ISLNK(info.st_mode));
+    assert_true(lstat(secret, &info) == 0 && info.st_size == 0 && (info.st_mode & 0777) == 0600);
+    assert_true(unlink(path_to("link")) == 0 && unlink(secret) == 0);
+}
+
 /* Two steps that are both taken. */
 static void failures_are_told_together(void **unused)
 {
@@ -302,7 +359,7 @@ int main(void)
         cmocka_unit_test(a_folder_that_cannot_be_synced), cmocka_unit_test(a_folder_that_may_not_be_read),
         cmocka_unit_test(a_folder_that_is_not_synced), cmocka_unit_test(failures_are_told_together),
         cmocka_unit_test(a_scratch_has_no_name),       cmocka_unit_test(paths),
-        cmocka_unit_test(what_a_kill_leaves),
+        cmocka_unit_test(what_a_kill_leaves),          cmocka_unit_test(what_cannot_be_looked_at),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

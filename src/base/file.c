@@ -146,13 +146,24 @@ static void lock_temporary(int descriptor)
     }
 }
 
+/* Is there a file that will be replaced, and with which mode? What cannot be looked at may be there, for few to read:
+ * false, and errno says why. */
+static bool ask_mode(const char *path, bool *replaces, mode_t *mode)
+{
+    struct stat info = {0};
+    if (stat(path, &info) != 0 && errno != ENOENT && errno != ENOTDIR) return false;
+    *replaces = S_ISREG(info.st_mode);
+    *mode = *replaces ? info.st_mode & 0777 : 0666;
+    return true;
+}
+
 /* Replacing a file keeps who may read it; a new one has the rights that the umask leaves, which is not asked for here
  * (asking sets it, for all threads). */
 static int open_temporary(ca_file_writer *writer)
 {
-    struct stat info;
-    const bool replaces = stat(writer->path, &info) == 0 && S_ISREG(info.st_mode);
-    const mode_t mode = replaces ? info.st_mode & 0777 : 0666;
+    bool replaces;
+    mode_t mode;
+    if (!ask_mode(writer->path, &replaces, &mode)) return -1;
     char *suffix = writer->temporary_path + strlen(writer->temporary_path) - SUFFIX_LENGTH;
     int descriptor = -1;
     errno = EEXIST;
@@ -355,13 +366,14 @@ char *ca_path_resolve(const char *base_file, const char *path)
                  : concatenate(path, strlen(path), "");
 }
 
-/* What the link says, seen from its folder; NULL with errno EINVAL where this is no link. */
+/* What the link says, seen from its folder; NULL with errno EINVAL where this is no link, or nothing is there. Of
+ * other errors nobody knows what is there. */
 static char *read_link(const char *path)
 {
     char target[4096];
     const ssize_t length = readlink(path, target, sizeof target);
     if (length < 0) {
-        errno = EINVAL;
+        if (errno == ENOENT) errno = EINVAL;
         return NULL;
     }
     if ((size_t)length == sizeof target) {
@@ -380,8 +392,10 @@ char *ca_path_follow(const char *path)
     char *here = concatenate(path, strlen(path), "");
     for (int i = 0; here && i < MOST_LINKS; i++) {
         char *next = read_link(here);
-        if (!next && errno == EINVAL) return here;
+        const int reason = errno;
+        if (!next && reason == EINVAL) return here;
         ca_free(here);
+        errno = reason;
         if (!next) return NULL;
         here = next;
     }

@@ -82,7 +82,8 @@ int ca_file_identity_compare(const void *a, const void *b);
 char *ca_path_resolve(const char *base_file, const char *path);
 
 /* Where a file of this name is, or would be made: the end of the chain of symbolic links that the name may be. Caller
- * frees with ca_free; NULL with errno set where the links have no end (ELOOP) or memory is out (ENOMEM). */
+ * frees with ca_free; NULL with errno set where the links have no end (ELOOP), memory is out (ENOMEM), or it is not
+ * known whether this is a link (EIO and others). */
 char *ca_path_follow(const char *path);
 
 /* The extension with its dot, lower case is the caller's business; "" if there is none. Borrowed from `path`. */

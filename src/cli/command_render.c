@@ -93,7 +93,7 @@ static const char *why_no_image(const ca_render_settings *settings)
     return NULL;
 }
 
-static ca_status start_live_view(const ca_render_options *o, ca_live_view *view, ca_error *error)
+static ca_status start_live_view(ca_render_options *o, ca_live_view *view, ca_error *error)
 {
     const ca_live_view_settings settings = {
         .serves = o->serves,
@@ -103,6 +103,7 @@ static ca_status start_live_view(const ca_render_options *o, ca_live_view *view,
         .scene = o->scene,
         .threads = o->settings.threads,
         .files = output_files(o),
+        .keep = &o->keep,
         .no_image = why_no_image(&o->settings),
     };
     return ca_live_view_start(view, &settings, !o->quiet, error);
@@ -179,6 +180,7 @@ static ca_status render_image(const ca_render_options *o, const ca_scene *scene,
     ca_render_settings settings = common_settings(o);
     settings.progress = ca_live_view_report;
     settings.progress_user = view;
+    if (!o->keep.wanted) settings.checkpoint_taken = ca_live_view_next_checkpoint;
     ca_keep_fill(&o->keep, &settings);
     ca_reserve *reserve = NULL;
     ca_status status = reserve_outputs(o, scene, &reserve, error);
@@ -192,7 +194,7 @@ static ca_status render_image(const ca_render_options *o, const ca_scene *scene,
     return status;
 }
 
-static ca_status render_scene(const ca_render_options *o, const ca_scene *scene, ca_error *error)
+static ca_status render_scene(ca_render_options *o, const ca_scene *scene, ca_error *error)
 {
     ca_live_view view;
     ca_render_statistics statistics;

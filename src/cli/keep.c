@@ -105,7 +105,8 @@ static ca_status choose_number(ca_keep *keep, const char *stem, ca_error *error)
     const numbers found = look(keep->path, stem);
     tell_leftovers(keep->path, stem, &found);
     const int chosen = keep->resume ? found.newest : found.free;
-    number(keep->path, stem, chosen > 0 ? chosen : 1);
+    keep->number = chosen > 0 ? chosen : 1;
+    number(keep->path, stem, keep->number);
     if (found.newest == 0) return CA_OK;
     keep->existing = ca_alloc(strlen(stem) + ROOM_FOR_ENDING, 1);
     if (!keep->existing) return ca_fail_memory(error, "the command line");
@@ -142,10 +143,10 @@ ca_status ca_keep_choose(ca_keep *keep, const char *first_output, ca_places *pla
     if (keep->wanted && !ends_in_part(keep->wanted))
         return ca_fail(error, CA_ERROR_ARGUMENT, NULL, "--checkpoint: the name must end in .part, not \"%.300s\"",
                        keep->wanted);
-    char *stem = stem_of(keep, first_output);
-    if (!stem) return ca_fail_memory(error, "the command line");
-    ca_status status = choose_name(keep, stem, error);
-    ca_free(stem);
+    keep->places = places;
+    keep->stem = stem_of(keep, first_output);
+    if (!keep->stem) return ca_fail_memory(error, "the command line");
+    ca_status status = choose_name(keep, keep->stem, error);
     if (status == CA_OK) status = ca_places_write(places, keep->path, "--checkpoint", error);
     if (status == CA_OK && keep->wanted) status = ca_output_check_place(keep->path, error);
     return status;
@@ -154,8 +155,30 @@ ca_status ca_keep_choose(ca_keep *keep, const char *first_output, ca_places *pla
 void ca_keep_destroy(ca_keep *keep)
 {
     ca_free(keep->path);
+    ca_free(keep->stem);
     ca_free(keep->existing);
     ca_free(keep->others);
+}
+
+/* No file is there, and none that this render reads or writes will be. */
+static bool is_free(const ca_keep *keep)
+{
+    struct stat info;
+    return stat(keep->path, &info) != 0 && ca_places_check(keep->places, keep->path, "--checkpoint", NULL) == CA_OK;
+}
+
+const char *ca_keep_take_next(ca_keep *keep)
+{
+    for (int n = keep->number + 1; n <= MOST_NUMBERS; n++) {
+        number(keep->path, keep->stem, n);
+        if (!is_free(keep)) continue;
+        keep->number = n;
+        ca_say(stderr, "caustica: another render has taken the name of this one's checkpoint: this one keeps %s\n",
+               keep->path);
+        return keep->path;
+    }
+    number(keep->path, keep->stem, keep->number);
+    return NULL;
 }
 
 void ca_keep_fill(const ca_keep *keep, ca_render_settings *settings)

@@ -129,6 +129,13 @@ bool ca_live_view_report(const ca_render_progress *progress, void *user)
     return goes_on && !ca_signals_arrived();
 }
 
+const char *ca_live_view_next_checkpoint(void *user)
+{
+    ca_live_view *view = user;
+    ca_progress_clear(&view->line);
+    return ca_keep_take_next(view->settings.keep);
+}
+
 void ca_live_view_end(ca_live_view *view, ca_image_layers *image, const ca_render_statistics *statistics)
 {
     if (view->live && image) {

@@ -38,7 +38,7 @@ static ca_status identify(ca_place *place, ca_error *error)
     place->is_known = ca_file_identify(place->path, &place->identity);
     if (place->is_known) return CA_OK;
     char *end = ca_path_follow(place->path);
-    if (!end) end = ca_path_resolve(NULL, place->path); /* links without an end are files of their own */
+    if (!end) end = ca_path_resolve(NULL, place->path); /* no end that is known: a file of its own */
     if (!end) return ca_fail_memory(error, place->path);
     find_folder(place, end);
     return CA_OK;

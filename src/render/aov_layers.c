@@ -1,5 +1,7 @@
 #include "render/aov_layers.h"
 
+#include "base/clock.h"
+#include "base/stop.h"
 #include "image/layers.h"
 #include "integrator/walk.h"
 #include "render/workers.h"
@@ -21,6 +23,8 @@ typedef struct aov_job {
     uint32_t samples;
     ca_image_layers *image;
     float *channels[CA_MAX_AOVS][3]; /* NULL: there is one of that name already, or none */
+    double limit;                    /* by the clock: from then on who asked to stop does not wait any longer */
+    int over;                        /* atomic; once set, what is left is not traced */
 } aov_job;
 
 static void set3(double value[3], float a, float b, float c)
@@ -95,12 +99,25 @@ static void fill_pixel(const aov_job *job, uint32_t column, uint32_t row)
                 job->channels[i][c][(size_t)row * image->width + column] = (float)(sums[i][c] / job->samples);
 }
 
+/* The stop may have been set long before, in the last pass: so it ends the layers only when they have had their time.
+ * One who wants no image any more does not wait for that. */
+static bool is_over(const aov_job *job)
+{
+    const ca_render_settings *settings = job->plan->settings;
+    if (ca_stop_asked(settings->discard)) return true;
+    return ca_stop_asked(settings->stop) && ca_clock_seconds() >= job->limit;
+}
+
 static void fill_tile(void *user, const ca_tile *tile, uint32_t worker)
 {
-    const aov_job *job = user;
+    aov_job *job = user;
     (void)worker;
-    for (uint32_t y = tile->y0; y < tile->y1; y++)
-        for (uint32_t x = tile->x0; x < tile->x1; x++) fill_pixel(job, x, y);
+    for (uint32_t y = tile->y0; y < tile->y1 && !ca_stop_asked(&job->over); y++) {
+        if (is_over(job))
+            __atomic_store_n(&job->over, 1, __ATOMIC_RELAXED);
+        else
+            for (uint32_t x = tile->x0; x < tile->x1; x++) fill_pixel(job, x, y);
+    }
 }
 
 static ca_status add_channels(aov_job *job, ca_error *error)
@@ -131,10 +148,11 @@ ca_status ca_aov_layers_add(const ca_render_plan *plan, double samples, ca_image
     if (plan->scene->desc.integrator.aovs.count == 0) return CA_OK;
     const double rays = samples < CA_AOV_SAMPLES ? ceil(samples) : CA_AOV_SAMPLES;
     const size_t channels_before = image->channel_count;
-    const ca_render_settings *settings = plan->settings;
-    const int *stop = settings->stop ? settings->stop : settings->discard;
-    const ca_parallel parallel = {.workers = plan->threads, .stop = stop};
-    aov_job job = {.plan = plan, .samples = rays > 1.0 ? (uint32_t)rays : 1, .image = image};
+    aov_job job = {.plan = plan,
+                   .samples = rays > 1.0 ? (uint32_t)rays : 1,
+                   .image = image,
+                   .limit = ca_clock_seconds() + CA_AOV_SECONDS};
+    const ca_parallel parallel = {.workers = plan->threads, .stop = &job.over};
     ca_status status = add_channels(&job, error);
     if (status == CA_OK)
         status = ca_for_each_tile(&parallel, image->width, image->height, fill_tile, &job, error);

@@ -12,12 +12,15 @@
 
 enum { CA_AOV_SAMPLES = 64 };
 
+/* Time that they have in any case, in seconds. */
+#define CA_AOV_SECONDS 1.0
+
 /* Bytes of a pixel that they take. */
 size_t ca_aov_layers_bytes(const ca_scene *scene);
 
 /* Adds the layers that the scene asks for to a picture of the plan with so many samples in a pixel; those whose
  * names are there already are left as they are. All of them or none. Errors: CA_ERROR_INTERRUPTED (the settings'
- * stop or discard), CA_ERROR_MEMORY, CA_ERROR_THREADS. */
+ * discard, or, CA_AOV_SECONDS after the call began or later, their stop), CA_ERROR_MEMORY, CA_ERROR_THREADS. */
 ca_status ca_aov_layers_add(const ca_render_plan *plan, double samples, ca_image_layers *image, ca_error *error);
 
 #endif

@@ -16,21 +16,6 @@
 /* Renders that take longer are kept without being asked. */
 #define LONG_SECONDS 600.0
 
-static ca_status lock(ca_checkpoint *checkpoint, ca_error *error)
-{
-    bool taken;
-    CA_TRY(ca_file_lock_take(&checkpoint->lock, checkpoint->path, &taken, error));
-    if (taken) return CA_OK;
-    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: another render is at work with this checkpoint",
-                   checkpoint->path);
-}
-
-static ca_status fail_existing(const char *path, ca_error *error)
-{
-    return ca_fail(error, CA_ERROR_ARGUMENT, NULL,
-                   "%s: there is a checkpoint already: resume from it, remove it or take another name", path);
-}
-
 /* What cannot be looked at may be there. */
 static ca_status look_for(const char *path, bool *exists, ca_error *error)
 {
@@ -39,17 +24,62 @@ static ca_status look_for(const char *path, bool *exists, ca_error *error)
     return ca_fail(error, CA_ERROR_FILE, NULL, "%s: %s", path, strerror(errno));
 }
 
+/* Locks the file, unless that was done already, and says whether it is there; or another render has it. */
+static ca_status lock(ca_checkpoint *checkpoint, bool *is_others, bool *exists, ca_error *error)
+{
+    const char *path = checkpoint->path;
+    bool taken = checkpoint->lock.path != NULL;
+    *is_others = false;
+    if (!taken) CA_TRY(ca_file_lock_take(&checkpoint->lock, path, &taken, error));
+    if (taken) return look_for(path, exists, error);
+    *is_others = true;
+    return ca_fail(error, CA_ERROR_FILE, NULL, "%s: another render is at work with this checkpoint", path);
+}
+
+/* The same; a file that is there is an error, too, and another render's, unless it is to be gone on from. */
+static ca_status take(ca_checkpoint *checkpoint, bool resume, bool *is_others, bool *exists, ca_error *error)
+{
+    ca_status status = lock(checkpoint, is_others, exists, error);
+    if (status == CA_OK && *exists && !resume) {
+        *is_others = true;
+        status = ca_fail(error, CA_ERROR_ARGUMENT, NULL,
+                         "%s: there is a checkpoint already: resume from it, remove it or take another name",
+                         checkpoint->path);
+    }
+    if (status != CA_OK) ca_file_lock_release(&checkpoint->lock);
+    return status;
+}
+
+static bool has_next_path(ca_checkpoint *checkpoint)
+{
+    const char *path = checkpoint->next_path ? checkpoint->next_path(checkpoint->next_path_user) : NULL;
+    if (path) checkpoint->path = path;
+    return path != NULL;
+}
+
+/* The same under one path after the other, as the caller gives them, until one is no other render's. */
+static ca_status take_any(ca_checkpoint *checkpoint, bool resume, bool *exists, ca_error *error)
+{
+    bool is_others;
+    ca_status status = take(checkpoint, resume, &is_others, exists, error);
+    while (status != CA_OK && is_others && has_next_path(checkpoint))
+        status = take(checkpoint, resume, &is_others, exists, error);
+    return status;
+}
+
 /* A file that will perhaps never be made is locked when it is. */
 ca_status ca_checkpoint_start(ca_checkpoint *checkpoint, const ca_render_settings *settings, ca_error *error)
 {
-    *checkpoint = (ca_checkpoint){.path = settings->checkpoint_path, .last = ca_clock_seconds()};
+    *checkpoint = (ca_checkpoint){.path = settings->checkpoint_path,
+                                  .last = ca_clock_seconds(),
+                                  .next_path = settings->checkpoint_taken,
+                                  .next_path_user = settings->progress_user};
     if (!checkpoint->path) return CA_OK;
-    bool exists;
+    bool exists, is_others;
     CA_TRY(look_for(checkpoint->path, &exists, error));
     if (settings->checkpoint_if_long && !exists) return CA_OK;
-    CA_TRY(lock(checkpoint, error));
-    ca_status status = look_for(checkpoint->path, &exists, error);
-    if (status == CA_OK && exists && !settings->resume) status = fail_existing(checkpoint->path, error);
+    const ca_status status = exists && settings->resume ? take(checkpoint, true, &is_others, &exists, error)
+                                                        : take_any(checkpoint, settings->resume, &exists, error);
     if (status != CA_OK) {
         ca_checkpoint_end(checkpoint);
         return status;
@@ -83,8 +113,8 @@ bool ca_checkpoint_is_wanted(const ca_checkpoint *checkpoint, const ca_render_se
 static ca_status write_locked(ca_checkpoint *checkpoint, ca_checkpoint_writer write, void *render)
 {
     ca_error *error = &checkpoint->failure;
-    if (!checkpoint->lock.path) CA_TRY(lock(checkpoint, error));
-    if (!checkpoint->is_kept && access(checkpoint->path, F_OK) == 0) return fail_existing(checkpoint->path, error);
+    bool exists;
+    if (!checkpoint->is_kept) CA_TRY(take_any(checkpoint, false, &exists, error));
     const ca_status status = write(render, checkpoint->path, error);
     /* The file of a write that failed may be in its place all the same: its folder could not be synced. */
     if (access(checkpoint->path, F_OK) == 0) checkpoint->is_kept = true;

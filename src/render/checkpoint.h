@@ -11,13 +11,16 @@ typedef struct ca_checkpoint {
     const char *path; /* borrowed; NULL: none is kept */
     bool resumes;     /* there is one to go on from */
     bool is_kept;     /* it has been written or is gone on from */
+    const char *(*next_path)(void *user); /* of the settings, where another render has the file; NULL: none */
+    void *next_path_user;
     ca_file_lock lock;
     double last, cost; /* by the clock: when it was written last, and how long that took, s */
     ca_status status;  /* of the last write */
     ca_error failure;
 } ca_checkpoint;
 
-/* Locks the file, now or when it is first written, and says whether there is one to go on from. Errors:
+/* Locks the file, now or when it is first written, and says whether there is one to go on from. Where another job has
+ * it, or has left one, the caller may give another path (ca_render_settings.checkpoint_taken). Errors:
  * CA_ERROR_ARGUMENT where there is one that is not to be gone on from, CA_ERROR_FILE where another job has it or it
  * cannot be locked. */
 ca_status ca_checkpoint_start(ca_checkpoint *checkpoint, const ca_render_settings *settings, ca_error *error);
