@@ -149,12 +149,48 @@ static void test_white_coat_in_white_light(void **state)
         }
 }
 
+/* A floor under an even sky has the sky's light times its reflectance, whatever the unit of length: cross products of
+ * a triangle's sides, whose squares no float holds, are normals of path tracing and of the other methods alike. */
+static void test_units_of_length(void **state)
+{
+    (void)state;
+    static const double units[] = {1e-13, 1e-11, 1.0, 1e9, 1e11};
+    static const char *const integrators[] = {"path", "bdpt", "vcm:radius_pixels=1"};
+    for (size_t u = 0; u < sizeof units / sizeof units[0]; u++)
+        for (size_t i = 0; i < sizeof integrators / sizeof integrators[0]; i++) {
+            char text[1024];
+            double mean, deviation;
+            const double unit = units[u];
+            snprintf(text, sizeof text,
+                     "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='30'/>"
+                     "<float name='near_clip' value='%g'/><float name='far_clip' value='1e15'/>"
+                     "<transform name='to_world'><lookat origin='0,0,%g' target='0,0,0' up='0,1,0'/></transform>"
+                     "<film type='hdrfilm'><integer name='width' value='16'/>"
+                     "<integer name='height' value='16'/></film></sensor><emitter type='constant'/>"
+                     "<shape type='rectangle'><transform name='to_world'><scale value='%g'/></transform></shape>"
+                     "</scene>",
+                     unit, 4.0 * unit, 5.0 * unit);
+            ca_scene *scene = scene_from_text(text);
+            ca_render_settings settings;
+            ca_render_settings_init(&settings);
+            settings.integrator = integrators[i];
+            settings.samples_per_pixel = 16;
+            ca_image_layers *image = render_scene(scene, &settings);
+            channel_mean(image, "G", &mean, &deviation);
+            if (!(fabs(mean - 0.5) < 0.01 + 4.0 * deviation))
+                fail_msg("%s with units of %g: %g of the sky's light", integrators[i], unit, mean);
+            ca_image_release(image);
+            ca_scene_release(scene);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_computed),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_white_coat_in_white_light),
+        cmocka_unit_test(test_units_of_length),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,7 +9,7 @@
 static bool place_matte(ca_vertex *v, float extent, ca_vec3 origin, ca_vec3 direction, const ca_hit *hit)
 {
     if (!ca_ray_position(extent, origin, direction, hit->t, &v->position, &v->position_error)) return false;
-    v->ng = ca_normalize(hit->ng);
+    v->ng = ca_normalize_any(hit->ng);
     v->barycentric = (ca_vec2){hit->u, hit->v};
     return true;
 }
