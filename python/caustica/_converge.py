@@ -19,8 +19,8 @@ def converge(scene, reference, integrators, *, spp=(), seconds=(), repeats=1, se
 
     Returns a list of dicts, one for each render, which pandas.DataFrame takes as it is: integrator, spp or time (the length),
     repeat (from 1), seed, seconds, samples_per_pixel, iterations, the metrics rmse, mae, relmse, smape, ssim, flip_ldr and
-    flip_hdr, mean_luminance, mean_standard_deviation (of one iteration's pixel luminance; NaN: not known). Names, seeds and
-    pictures of `spp` are those of `caustica converge`."""
+    flip_hdr, mean_luminance, mean_standard_deviation (of one iteration's pixel luminance; NaN: not known), and method, the integrator
+    with all parameters, or what "auto" took. Names, seeds and pictures of `spp` are those of `caustica converge`."""
     if bool(len(spp)) == bool(len(seconds)):
         raise TypeError("converge() takes one of spp and seconds, a list of lengths")
     kind, unit, lengths = ("time", "s", seconds) if len(seconds) else ("spp", "spp", spp)
@@ -45,6 +45,7 @@ def _measured(image, reference):
     record = {name: told[name] for name in ("seconds", "samples_per_pixel", "iterations")}
     record.update((name, found[name]) for name in (*_METRICS, "mean_luminance"))
     record["mean_standard_deviation"] = told["mean_standard_deviation"] if told["iterations"] >= 2 else math.nan
+    record["method"] = image.attributes["caustica.integrator"]
     return record
 
 

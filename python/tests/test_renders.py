@@ -432,8 +432,8 @@ def test_converge_is_the_programs(tmp_path):
     ours = caustica.converge(scene, reference, ["path", "ovcm"], spp=[1, 4], repeats=2, progress=told.append)
     assert len(ours) == 8 and told == ours and list(ours[0]) == [name for name in theirs[0] if name != "file"]
     for a, b in zip(ours, theirs):
-        assert a["integrator"] == b["integrator"]
-        for name in set(a) - {"integrator", "seconds"}:
+        assert a["integrator"] == b["integrator"] and a["method"] == b["method"]
+        for name in set(a) - {"integrator", "method", "seconds"}:
             assert math.isclose(a[name], float(b[name] or "nan"), rel_tol=1e-5) or not b[name] and math.isnan(a[name]), name
     assert ours[0]["relmse"] > ours[-1]["relmse"]
 
